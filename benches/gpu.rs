@@ -111,7 +111,7 @@ fn pack(device: &Device, name: &str, case: &Case, test: bool) {
     );
 }
 
-/// What recording and submitting a step costs the host.
+/// Time of the host for recording and submitting a step.
 fn host(case: &Case, test: bool) {
     let model = Model::<f32>::new(case).unwrap();
     let device = Device::noop();

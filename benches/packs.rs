@@ -1,4 +1,4 @@
-//! What each stage of a step costs in packs of several plies, on the processor. `cargo bench --bench packs`.
+//! Time of each stage of a step in packs of several plies, on the processor. `cargo bench --bench packs`.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a benchmark prints, and stops where it cannot go on")]
 

@@ -80,7 +80,7 @@ struct Seen {
     gap: f32,
     /// From the body's centre of mass [m].
     arm: vec3<f32>,
-    /// How far inside the body [m].
+    /// Depth inside the body [m].
     depth: f32,
     /// Velocity relative to the body's material [m/s].
     relative: vec3<f32>,
@@ -126,7 +126,7 @@ fn look(node: u32) -> Seen {
 
 /// Whether what approaches at a relative normal velocity cannot touch within the step.
 fn stays_away(gap: f32, approach: f32) -> bool {
-    // A body that turns under impulses may reach a little further than its velocity now tells.
+    // A body that turns under impulses may reach a little further than its velocity now takes it.
     return gap + scene.dt * (approach - 0.1 * body.velocity.w) > 0.0;
 }
 

@@ -16,7 +16,7 @@ fn other_height(x: f32, q: f32) -> f32 {
     return scene.height_sum - select(scene.compression_a - scene.compression_b * q, 0.0, loose) - x;
 }
 
-/// Of the pivot and of the other yarn, as of warp and weft.
+/// Values of the pivot and of the other yarn in the order of warp and weft.
 fn in_order(pair: vec2<f32>) -> vec2<f32> {
     return select(pair.yx, pair, PIVOT == 0u);
 }
@@ -103,15 +103,15 @@ fn coupled_newton(stretch: vec2<f32>, start: vec2<f32>) -> Found {
 /// Strain below which a yarn is not followed: F/ε is of two numbers that vanish.
 const LEAST_STRAIN: f32 = 1e-6;
 
-/// How the two heights of a cell follow its two stretches, to first order.
+/// Change of the two heights of a cell with its two stretches, to first order.
 struct Predictor {
-    /// What a height falls by, per stretch, at constant contact force [m].
+    /// Fall of a height per stretch at constant contact force [m].
     dh_dstretch: vec2<f32>,
     /// 1/S over 1/S₁ + 1/S₂ + c [-].
     force_share: vec2<f32>,
 }
 
-/// Of a cell in equilibrium: strains and contact forces of its yarns, their slopes S [N/m], the compliance c of the crossover [m/N],
+/// Predictor of a cell in equilibrium: strains and contact forces of its yarns, their slopes S [N/m], the compliance c of the crossover [m/N],
 /// heights [m] and stretches Λ.
 fn predictor_of(strain: vec2<f32>, force: vec2<f32>, slope: vec2<f32>, give: f32, height: vec2<f32>, length: vec2<f32>) -> Predictor {
     let below = max(strain, vec2<f32>(LEAST_STRAIN)) * slope * length;

@@ -1,4 +1,4 @@
-// crossover: equilibrium of warp and weft where they cross, (11)–(24): a bracketed Newton iteration where the joint one fails.
+// crossover: equilibrium of warp and weft where they cross, (11)–(24): a bracketed Newton iteration where the fast one fails.
 // Twin: src/physics/crossover.rs
 
 const MAX_ITERATIONS: u32 = 80u;
@@ -12,7 +12,7 @@ struct Equilibrium {
     strain: vec2<f32>,
     /// h [m].
     height: vec2<f32>,
-    /// How the heights will follow the stretches.
+    /// Predictor of the heights.
     predictor: Predictor,
     /// F [N].
     force: f32,
@@ -63,7 +63,7 @@ struct Found {
     best: CellPoint,
     /// Evaluations.
     iterations: u32,
-    /// What the responses may be off by as tangents [N].
+    /// Bound of the error of the responses, where these are tangents [N].
     bound: f32,
     met: bool,
     predictor: Predictor,
@@ -114,7 +114,7 @@ fn refine(stretch: vec2<f32>, x: f32, start: CellPoint) -> CellPoint {
     return best;
 }
 
-/// Solves the cell by the bracketed iteration, the pivot's height from `start`, after `before` evaluations.
+/// Solves the cell by the safeguarded iteration, the pivot's height from `start`, after `before` evaluations.
 fn safeguarded(stretch: vec2<f32>, start: f32, before: u32) -> Found {
     let top = scene.height_sum;
     var x = start;

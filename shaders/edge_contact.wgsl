@@ -3,7 +3,7 @@
 // Needs `points`, `touches`, their `extent`, `members` and `matrix`.
 // Twin: src/solver/edge_contact.rs
 
-/// What is added to the diagonal of K, over itself in the whole scene: two points that ask the same of a node share its impulse.
+/// Compliance added to the diagonal of K, over itself in the whole scene: two points that ask the same of a node share its impulse.
 const SHARED: f32 = 1e-3;
 /// Least pivot, over the diagonal of K.
 const FLOOR: f32 = 1e-7;
@@ -88,7 +88,7 @@ fn coupling(a: u32, b: u32) -> f32 {
     return dot(touches[touch_number(a)].normal.xyz, inverse * touches[touch_number(b)].normal.xyz);
 }
 
-/// What is added to the entry of a touch on the diagonal of K [1/kg]. A node on a mirror plane adds as much as it would in the whole
+/// Compliance added to the entry of a touch on the diagonal of K [1/kg]. A node on a mirror plane adds as much as it would in the whole
 /// scene, where the images of the points on its edges push it too.
 fn compliance(t: u32) -> f32 {
     let ends = touches[touch_number(t)].ends;
@@ -100,7 +100,7 @@ fn compliance(t: u32) -> f32 {
     return SHARED * dot(normal, inverse * normal);
 }
 
-/// What a touch that pushes adds to the equations: its row of K, and its direction. One that shares no node has a row to itself.
+/// Part of a touch that pushes in the equations: its row of K, and its direction. One that shares no node has a row to itself.
 fn fill(t: u32) {
     let member = touches[touch_number(t)].member;
     let alone = member == NONE;
@@ -128,7 +128,7 @@ fn fill(t: u32) {
     touches[touch_number(t)].turned = vec4<f32>(g[3], g[4], g[5], 0.0);
 }
 
-/// What friction changes: how much faster than allowed a touch that pushes would enter.
+/// Excess velocity of a touch that pushes over the one allowed, which friction changes [m/s].
 fn ask(t: u32) {
     let normal = touches[touch_number(t)].normal;
     let ends = touches[touch_number(t)].ends;
@@ -150,7 +150,7 @@ fn end_of(begin: u32, count: u32) -> u32 {
     return end;
 }
 
-/// L of a block in the place of its K, row by row, and the substitution that goes with it; of the `same` members the latter for what is
+/// L of a block in the place of its K, row by row, and its substitution; of the `same` members the latter for what is
 /// asked of them alone.
 fn eliminate(begin: u32, end: u32, same: bool) {
     for (var m = begin; m < end; m++) {

@@ -9,7 +9,7 @@ struct ElementGeometry {
     membrane_weft: f32,
     half_length_warp: f32,
     half_length_weft: f32,
-    /// Of both yarns.
+    /// Hourglass stiffness of both yarns [N/m].
     hourglass: f32,
     viscosity_warp: f32,
     viscosity_weft: f32,

@@ -37,7 +37,7 @@ fn width_along(ply: u32, axis: u32, at: u32) -> f32 {
     return line_at(ply, axis, at).width;
 }
 
-/// What breaks a yarn.
+/// Piece of a yarn that may break.
 struct Piece {
     /// Strain of the piece: root mean square over its rows of the means along them, over the elements that are whole.
     strain: f32,

@@ -18,7 +18,7 @@ struct Line {
     /// The elements along the axis that lie side by side in a yarn with the one behind the line: the first, and one past the last.
     yarn_first: f32,
     yarn_end: f32,
-    /// Those along the axis that break with the one behind the line, in a yarn along it: the first, and one past the last.
+    /// Elements along the axis that break with the one behind the line, in a yarn along it: the first, and one past the last.
     breaking_first: f32,
     breaking_end: f32,
 }

@@ -59,12 +59,12 @@ fn kinematics(size: ElementGeometry, u: Differences) -> Kinematics {
         vec2<f32>(s1, s2), f1 * i1, f2 * i2, u.mode, per_mode, vec2<f32>(i1, i2), min(max(sine, -1.0), 1.0));
 }
 
-/// What a step moved along warp and weft.
+/// Growth along warp and weft in a step.
 struct Growth {
-    /// Of the gradient at the centre, along the yarn, and its square.
+    /// Growth of the gradient at the centre, along the yarn, and its square.
     along: vec2<f32>,
     square: vec2<f32>,
-    /// The same with q, the part of the hourglass mode.
+    /// Growth with q, the part of the hourglass mode.
     whole: vec2<f32>,
     whole_square: vec2<f32>,
 }
@@ -83,7 +83,7 @@ fn growth(size: ElementGeometry, k: Kinematics, v: Differences) -> Growth {
         square + per_length * per_length * (scene.mode_share * dot(v.mode, v.mode)));
 }
 
-/// What the stretches have grown by in a step, to second order.
+/// Growth of the stretches in a step, to second order.
 fn stretching(k: Kinematics, grown: Growth) -> vec2<f32> {
     return grown.whole - 0.5 * k.per_stretch * (grown.whole_square - grown.whole * grown.whole);
 }

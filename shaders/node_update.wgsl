@@ -1,7 +1,7 @@
 // node_update: gather of element forces, kick and drift of every node; marks the nodes that may meet the projectile.
 //   in/out  nodes       array<f32>  (6, N)   displacement [m], velocity [m/s]
 //   in      forces      array<f32>  (9, E)   P1·Ly/2, P2·Lx/2, force on the difference of opposite edges [N]
-//   in/out  supports    array<f32>  (S, 3)   impulse of the supports since the last ledger [N·s], nodes of the rim
+//   in/out  supports    array<f32>  (S, 3)   impulse of the supports since the last sample [N·s], nodes of the rim
 //   in/out  status      array<u32>           counters
 //   in      bodies      array<Body>          the projectiles
 //   out     candidates  array<u32>           a bit per node, then a bit per word of these

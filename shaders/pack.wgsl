@@ -12,10 +12,10 @@ struct Ply {
     present: u32,
     origin_x: f32,
     origin_y: f32,
-    /// Of the finest elements [m].
+    /// Lengths of the finest elements [m].
     length_x: f32,
     length_y: f32,
-    /// Of the angle from the pack's X axis to the warp.
+    /// Cosine and sine of the angle from the pack's X axis to the warp.
     cosine: f32,
     sine: f32,
     /// Behind the struck ply [m].

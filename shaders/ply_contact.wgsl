@@ -11,7 +11,7 @@ const DEEP_RECOVERY: f32 = 0.15;
 const DEEP: f32 = 0.5;
 /// Largest speed at which a node is driven out [m/s].
 const RECOVERY_SPEED: f32 = 30.0;
-/// So many times that speed more for every thickness beyond `NEAR_MIDDLE`.
+/// Multiple of that speed more for every thickness beyond `NEAR_MIDDLE`.
 const DEEP_SPEED: f32 = 30.0;
 /// A node is about to pass the mid-plane here; over the thickness.
 const NEAR_MIDDLE: f32 = 0.8;
@@ -19,7 +19,7 @@ const NEAR_MIDDLE: f32 = 0.8;
 const PASSED: f32 = 1.2;
 /// Largest speed at which such a node is driven back [m/s].
 const PASSED_SPEED: f32 = 6.0;
-/// Depth that is let be, over the thickness.
+/// Depth that is left, over the thickness.
 const SLOP: f32 = 1e-4;
 /// Steps over neighbouring cells a node may take in one time step.
 const WALK: u32 = 4u;
@@ -59,7 +59,7 @@ struct ClosestPoint {
     place: vec2<f32>,
     /// Towards the rear of the pack.
     normal: vec3<f32>,
-    /// Of the point over the cell along the normal [m].
+    /// Height of the point over the cell along the normal [m].
     height: f32,
     /// Whether the cell is a surface.
     sound: bool,
@@ -110,7 +110,7 @@ fn place_of(s: Surface, arm: vec3<f32>, safe: f32) -> vec2<f32> {
     return vec2<f32>(cc * p.x - ac * p.y, aa * p.y - ac * p.x) / safe;
 }
 
-/// What lies `arm` from the centre, as seen by a flat cell. The twist of the cell is small: one correction.
+/// Arm from the centre, as seen by a flat cell. The twist of the cell is small: one correction.
 fn untwisted(s: Surface, arm: vec3<f32>, place: vec2<f32>) -> vec3<f32> {
     return arm - s.twist * (place.x * place.y);
 }
@@ -161,12 +161,12 @@ fn step_over(index: u32, x: f32, count: u32) -> u32 {
     return select(select(index, max(index, 1u) - 1u, x < -0.5 - EDGE), min(index + 1u, count - 1u), x > 0.5 + EDGE);
 }
 
-/// How far along one direction a cell carries a node: beyond the ply's edge a little more.
+/// Range along one direction in which a cell carries a node: beyond the ply's edge a little more.
 fn room(outermost: bool) -> f32 {
     return 0.5 + select(EDGE, SEGMENT_EXTENSION, outermost);
 }
 
-/// Whether a cell (row, column) of a ply of so many rows and columns carries a node with this foot. At sides that mirror
+/// Whether a cell (row, column) of a ply of `rows` and `columns` carries a node with this foot. At sides that mirror
 /// planes `cut` (1 left, 2 right, 4 bottom, 8 top) the ply goes on.
 fn is_over(place: vec2<f32>, cell: vec2<u32>, rows: u32, columns: u32, cut: u32) -> bool {
     let ends = (vec4<u32>(cut) & vec4<u32>(1u, 2u, 4u, 8u)) == vec4<u32>(0u);

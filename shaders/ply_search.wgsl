@@ -55,7 +55,7 @@ fn cell_is_intact(ply: u32, cell: vec2<u32>) -> bool {
     return (flags[element_at(ply, cell)] & 3u) != 0u;
 }
 
-/// How a point stands over the cells that meet at the corner of a cell to which its foot points: over the nearest of them, or of
+/// Position of a point over the cells that meet at the corner of a cell to which its foot points: over the nearest of them, or of
 /// their edges.
 fn on_ridge(
     other: u32, start: vec2<u32>, foot: vec2<f32>, point: vec3<f32>, direction: f32, touching: f32, slop: f32,
@@ -88,7 +88,7 @@ fn on_ridge(
             nearest = Touch(cell, edge.place, edge.arm / max(distance, 1e-30), distance - touching, outside);
         }
     }
-    // Nobody stands over the rim of a hole, which is as near to the hole as to its neighbour.
+    // No node stands over the rim of a hole, which is as near to the hole as to its neighbour.
     nearest.over = nearest.over && hole - touching > nearest.gap + slop;
     if (!nearest.over) {
         nearest.cell = start;

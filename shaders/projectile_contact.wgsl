@@ -24,7 +24,7 @@
 /// Points, and touches.
 var<workgroup> extent: vec2<u32>;
 
-/// What the points of the rim on its edges add up to at a node.
+/// Sums of the edge contacts at a node.
 struct Through {
     /// Their impulses and friction impulses by weight [N·s].
     impulse: vec3<f32>,
@@ -75,7 +75,7 @@ fn through_edges(p: u32) -> Through {
     return sum;
 }
 
-/// Tells nodes what the rim gives them, and how they move.
+/// Propagates impulses from the edges to the nodes, and how these move.
 fn propagate(local: u32) {
     storageBarrier();
     let linear = vec3<f32>(motion[0], motion[1], motion[2]);

@@ -45,7 +45,7 @@ struct Touch {
     turned: vec4<f32>,
     /// The nodes at the ends of the edge, by their points; a node's own is both.
     ends: vec2<u32>,
-    /// What the second has of it [-]; the first has the rest.
+    /// Share of the second node in it [-]; the first has the rest.
     weight: f32,
     /// Coulomb coefficient.
     friction: f32,
@@ -56,7 +56,7 @@ struct Touch {
     root: f32,
     /// On the way to the normal impulse.
     normal_impulse: f32,
-    /// Its place among those that share nodes, or `NONE`; the first of its block; the first that its row has an entry for.
+    /// Place among those that share nodes, or `NONE`; the first of its block; the first that its row has an entry for.
     member: u32,
     begin: u32,
     entry: u32,
@@ -91,12 +91,12 @@ fn inertia_along(along: f32, mass: f32) -> f32 {
     return 1.0 / max(along, 1.0 / (HELD * max(scene.body_mass, mass)));
 }
 
-/// What is left of a velocity of the body, or of an impulse on it, where mirror planes hold directions.
+/// Velocity of the body, or impulse on it, without the directions that mirror planes hold.
 fn in_planes(v: vec3<f32>) -> vec3<f32> {
     return select(v, vec3<f32>(0.0), (vec3<u32>(scene.body_held) & vec3<u32>(1u, 2u, 4u)) != vec3<u32>(0u));
 }
 
-/// The same of turning.
+/// Turning without the directions that mirror planes hold.
 fn about_planes(v: vec3<f32>) -> vec3<f32> {
     return select(v, vec3<f32>(0.0), (vec3<u32>(scene.body_held) & vec3<u32>(8u, 16u, 32u)) != vec3<u32>(0u));
 }
@@ -203,7 +203,7 @@ fn moved_body(start: Body, met: bool) -> Body {
 
 /// Invocations: as many as every device has. A card waits for memory most of the time, for all of them together.
 const WIDTH: u32 = 256u;
-/// Of them, those whose parts of sums lie side by side.
+/// Invocations whose parts of sums lie side by side.
 const LANES: u32 = 64u;
 
 var<workgroup> sums: array<f32, 1755>; // 27 sums of 64 parts, in rows of 65
@@ -235,7 +235,7 @@ fn reduce(part: ptr<function, array<f32, 27>>, count: u32, local: u32) {
     workgroupBarrier();
 }
 
-/// The same answer for every invocation: whether it is yes for any.
+/// Vote of all invocations: whether it is yes for any.
 fn vote(yes: bool, local: u32) -> bool {
     if (local == 0u) {
         atomicStore(&ballot, 0u);

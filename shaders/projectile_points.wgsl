@@ -43,7 +43,7 @@ fn take_in(p: u32) -> f32 {
     return seen.depth;
 }
 
-/// The point of a node among the first so many, or `NONE`.
+/// Point of a node among the first `count`, or `NONE`.
 fn point_of(node: u32, count: u32) -> u32 {
     var low = 0u;
     var high = count;
@@ -165,7 +165,7 @@ fn find_constraints(count: u32, local: u32) -> u32 {
     return 0u;
 }
 
-/// Tells every node which edges with a point of the rim end at it.
+/// Marks at every node which edges with a point of the rim end at it.
 fn link(p: u32, count: u32) {
     let node = points[point_number(p)].node;
     let place = node_place(node);
@@ -188,7 +188,7 @@ fn link(p: u32, count: u32) {
     points[point_number(p)].constrained = u32(points[point_number(p)].to_right + points[point_number(p)].to_above > 0u || left != NONE || below != NONE);
 }
 
-/// Tells every node the first of those that it is tied to.
+/// Marks at every node the first of those that it is tied to.
 fn find_blocks(count: u32, local: u32) {
     for (var p = local; p < count; p += WIDTH) {
         points[point_number(p)].block = p;

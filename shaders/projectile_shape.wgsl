@@ -120,7 +120,7 @@ fn contact_distance(point: vec3<f32>) -> Gap {
 /// Newton steps for the nearest point of the ellipse in which a flat meets the wall.
 const ELLIPSE_STEPS: u32 = 5u;
 
-/// How far the nose lies behind its foremost plane beside this point, along the axis [m]: 0 but for a chisel.
+/// Depth of the nose behind its foremost plane beside this point, along the axis [m]: 0 but for a chisel.
 fn recess(point: vec3<f32>) -> f32 {
     return select(0.0, max((abs(point.y) - scene.chisel_half) * scene.chisel_slope, 0.0), scene.chisel != 0u);
 }

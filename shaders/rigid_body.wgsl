@@ -22,11 +22,11 @@ struct Body {
     coarse_before: vec4<i32>,
     fine_before: vec4<i32>,
     change_before: vec4<f32>,
-    /// Impulse on the body since the last ledger [N·s].
+    /// Impulse on the body since the last sample [N·s].
     impulse: vec4<f32>,
-    /// Impulse through held nodes or the drive since the last ledger [N·s].
+    /// Impulse through held nodes or the drive since the last sample [N·s].
     support: vec4<f32>,
-    /// Lost to contact, to friction, work of the drive since the last ledger [J]; deepest node so far [m].
+    /// Lost to contact, to friction, work of the drive since the last sample [J]; deepest node so far [m].
     energy: vec4<f32>,
     /// The tip of the nose.
     nose_coarse: vec4<i32>,

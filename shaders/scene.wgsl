@@ -48,13 +48,13 @@ const GROUP: u32 = 64u;
 
 /// Constants of a run and of one of its ply types, that is of alike plies.
 struct Scene {
-    // Storage: every ply has room for so many elements along weft and warp.
+    // Storage: room of every ply for elements along weft and warp.
     columns: u32,
     rows: u32,
-    /// Of all shots of the batch together: a field of theirs is so long.
+    /// Elements and nodes of all shots of the batch together: the length of a field.
     elements: u32,
     nodes: u32,
-    /// Of one shot.
+    /// Elements and nodes of one shot.
     shot_elements: u32,
     shot_nodes: u32,
     plies: u32,
@@ -81,7 +81,7 @@ struct Scene {
     compression_per_b: f32,
     /// Least stiffness of a contact force that Newton's steps reckon with [N/m].
     min_stiffness: f32,
-    /// What a contact force may round to [N].
+    /// Rounding of a contact force [N].
     roundoff_tolerance: f32,
     tolerance: f32,
     // Trellis shear, times thickness [N/m].
@@ -108,7 +108,7 @@ struct Scene {
     /// 1 over the stretch that a front adds while it crosses an element, and from which the viscosity of the whole length acts, over
     /// the coefficient of the viscosity.
     per_steep: f32,
-    /// What the square of half the difference of opposite edges has in the square of a stretch.
+    /// Share of the square of half the difference of opposite edges in the square of a stretch.
     mode_share: f32,
     /// Half the failure length along warp and weft, in lengths of the finest element.
     failure_reach_warp: f32,
@@ -147,7 +147,7 @@ struct Scene {
     chisel_corner: f32,
     /// Room for contact points.
     points: u32,
-    /// Workgroups of the ledger.
+    /// Workgroups of the energy balance.
     groups: u32,
     /// Directions that mirror planes hold: velocity x, y, z, turning about x, y, z, a bit each.
     body_held: u32,
@@ -162,9 +162,9 @@ struct Scene {
 struct Step {
     /// Counted from 0.
     index: u32,
-    /// Where the ledger writes this step.
+    /// Where the energy balance writes this step.
     slot: u32,
-    /// Steps since the last ledger.
+    /// Steps since the last sample.
     since: u32,
     /// Δt of the velocity update [s]: half a step at the start.
     kick: f32,

@@ -3,7 +3,7 @@
 // shot has is in one piece.
 // Twin: src/gpu/layout/uniforms.rs
 
-/// What a shot has of its own.
+/// Constants of a shot.
 struct Shot {
     /// Velocity of the projectile at the start [m/s].
     impact_x: f32,
@@ -11,15 +11,15 @@ struct Shot {
     impact_z: f32,
     /// An impulse between plies is counted in these [N·s].
     impulse_unit: f32,
-    /// How far any node may go in a step [m].
+    /// Largest distance that any node may go in a step [m].
     travel: f32,
-    /// Its place in storage.
+    /// Place in storage.
     number: u32,
     pad0: u32,
     pad1: u32,
 }
 
-/// Those that run, in the order of the layers of a dispatch: what has ended is not dispatched.
+/// Shots that run, in the order of the layers of a dispatch: one that has ended is not dispatched.
 @group(0) @binding(5) var<uniform> shots: array<Shot, 2048>;
 
 /// The one at hand; every kernel takes it from `shots` first.

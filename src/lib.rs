@@ -13,7 +13,7 @@
 //! let case = Case::builder("a small ply").fabric(BuiltInFabric::S720).size_mm(25.0, 25.0).edges(Edge::Clamped)
 //!     .sphere_mm(6.0).mass_g(1.0).velocity_m_s(50.0).end_time_us(5.0).build()?;
 //! let mut collector = FrameCollector::new(&case, 3);
-//! let run = Options::default().watch(&case, &mut collector)?;
+//! let run = Options::default().observe(&case, &mut collector)?;
 //! for row in &run.history {
 //!     println!("{:4.1} µs  {:6.2} m/s", row.time * 1e6, row.projectile_velocity);
 //! }
@@ -28,7 +28,7 @@
 //! - [`Case::builder`] writes a case in Rust, [`case::read`] reads a file, [`case::from_str`] takes JSON. All go through the same checks.
 //! - [`Case::run`] runs it. [`Options`] choose threads, precision and device; [`run::run`] also takes a flag that ends the run.
 //! - [`Run`] has the history, the failures and the outcome. [`output::summary`] sums it up, [`output::checks`] judges it.
-//! - Whoever wants to follow a run implements [`Observer`]. [`FrameCollector`] is one that keeps frames.
+//! - An [`Observer`] follows a run. [`FrameCollector`] is one that keeps frames.
 //! - [`output::Folder`] writes the files that the program writes.
 //!
 //! # Features
@@ -71,14 +71,14 @@
 //!   together.
 //! - `solver` is the only place that knows the order of the kernels on the CPU, `gpu` on a graphics processor.
 //!   State lies in rows (ply, row, column), each ply in its own axes; `solver::active_region` is what may have moved.
-//! - [`run::run`] is the host loop. Whoever wants to follow a run implements [`run::Observer`] and gets progress and [`run::frame`]s.
+//! - [`run::run`] is the host loop. A [`run::Observer`] gets progress and [`run::frame`]s.
 //!   `run::outcome` decides what became of the projectile.
 //! - [`output::checks`] say what makes a result less certain than it looks.
 //!
 //! # What always holds
 //!
 //! - Physics and kernels never touch files, threads or devices; the model never sees a backend; only `gpu` knows wgpu.
-//! - Nothing allocates inside the step loop but records (failures, history rows).
+//! - The step loop allocates no fields: only records (failures, contacts, history rows) and lists of the work that threads share.
 //! - Sums run in fixed order: same case, same bits, whatever the number of threads.
 //! - Of a scene that is its own mirror image a part is computed (`physics::mirror_planes`); the run makes results whole again.
 //! - What nothing has reached is exactly at rest, to the last bit, and is left out.
@@ -102,7 +102,7 @@ pub use run::frame::{Frame, FrameCollector};
 pub use run::{Observer, Options, Outcome, Run, RunError, Sample};
 
 // Public for the program, the tests and the benchmarks of this crate alone, which are crates of their own. Not covered by
-// semantic versioning: any of it may change or go with any release.
+// semantic versioning: any of it may change or vanish with any release.
 #[doc(hidden)]
 pub mod gpu;
 #[doc(hidden)]

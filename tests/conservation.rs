@@ -1,21 +1,21 @@
 //! Energy, momentum, determinism and stability of whole runs.
 //!
-//! Promises: the ledger closes; a conservative law returns stored energy for work; momentum is constant where
+//! Promises: the energy balance closes; a conservative law returns stored energy for work; momentum is constant where
 //! nothing holds the fabric; any number of threads gives the same bits; what no wave has reached is still exactly at
 //! rest; hard scenes stay bounded or are diagnosed. Red when: a force misses in the gather, work and force disagree,
 //! a failure or contact loses energy unbooked, a sum depends on threads, rest is not rest.
 
 use ripstop::case;
-use ripstop::run::{Precision, Run, Sample, Simulation};
+use ripstop::run::{Precision, Sample, Simulation};
 use ripstop::solver::node_update::field;
 
-use crate::scene::{builtin, run, run_as};
+use crate::scene::{builtin, finish, run, run_as};
 
 const SMALL: &str = "cases/verify/mirror.json";
 
 #[test]
-fn ledger_and_momentum_close_over_a_perforating_shot() {
-    // The ledger's identity is exact but for rounding: 300 steps of sums of 45 J in f64, and of f32 state.
+fn energy_and_momentum_close_over_a_perforating_shot() {
+    // The identity of the balance is exact but for rounding: 300 steps of sums of 45 J in f64, and of f32 state.
     for (precision, energy, momentum) in [(Precision::F64, 1e-11, 1e-9), (Precision::F32, 5e-3, 5e-3)] {
         let run = run_as(&builtin(SMALL, &["/solver/end_time_us=120"]), precision, 2);
         assert!(!run.events.is_empty(), "yarns must fail for this to mean anything");
@@ -73,7 +73,7 @@ fn conservative_laws_store_all_the_work_and_the_published_one_nearly_all() {
 fn a_vibrating_ply_keeps_its_energy_over_a_hundred_thousand_steps() {
     let end = "/solver/end_time_us=80300";
     let sets =
-        [end, "/solver/courant=0.9", "/output/history_interval_us=100", "/pack/width_mm=50.8", "/pack/height_mm=40.64"];
+        [end, "/solver/courant=0.9", "/output/history_interval_us=100", "/pack/width_mm=25.4", "/pack/height_mm=20.32"];
     let run = run(&builtin("cases/verify/membrane-frequency.json", &sets));
     assert!(run.steps > 100_000, "{}", run.steps);
     assert!(run.energy_error < 1e-6, "{}", run.energy_error);
@@ -160,64 +160,46 @@ fn no_wave_sends_numbers_ahead_that_are_slow_to_compute_with() {
     assert!(moving > 300, "{moving}");
 }
 
+/// Scenes beside those of `cases/stress`.
 #[test]
 fn hard_scenes_stay_bounded() {
-    let scenes: [&[&str]; 17] = [
-        &["/solver/courant=0.99"],
+    let scenes: [&[&str]; 6] = [
         &["/projectile/velocity_m_s=1"],
         &["/projectile/velocity_m_s=10"],
-        &["/projectile/velocity_m_s=2000"],
-        &["/projectile/mass_g=0.01"],
-        &["/projectile/mass_g=100000"],
-        &["/fabric/warp/crimp=0", "/fabric/weft/crimp=0"],
-        &["/fabric/warp/crimp=0.25", "/fabric/weft/crimp=0.25"],
         &["/fabric/weft/modulus_gpa=0.096"],
-        &["/fabric/weft/count_per_inch=200", "/pack/height_mm=8"],
-        &["/fabric/weft={\"absent\":true,\"count_per_inch\":20}"],
         &["/projectile/offset_mm=[25.4,0]"],
         &["/projectile/offset_mm=[25.4,20.32]"],
-        &["/projectile/obliquity_deg=60"],
-        &["/pack/edges=free"],
-        &["/pack/width_mm=1.27", "/pack/height_mm=1.27", "/projectile/offset_mm=[0,0]"],
-        &["/fabric/warp/failure_strain=0.002", "/fabric/weft/failure_strain=0.002"],
+        &["/pack/edges=free", "/projectile/velocity_m_s=2000"],
     ];
-    for sets in scenes {
-        for precision in [Precision::F64, Precision::F32] {
-            let run = run_as(&builtin(SMALL, sets), precision, 2);
-            let given = run.history[0].balance.projectile + run.history[0].balance.contact;
-            for s in &run.history {
-                let b = s.balance;
-                let sum = b.kinetic + b.internal + b.hourglass + b.failure + b.projectile + b.contact + b.friction;
-                assert!(sum.is_finite() && sum < 1.02 * given + 1e-9, "{sets:?} {precision:?}: {b:?}");
-                assert!(b.stored >= 0.0 && b.kinetic < 1.02 * given + 1e-9, "{sets:?} {precision:?}: {b:?}");
-            }
+    for (sets, precision) in scenes.into_iter().flat_map(|sets| [(sets, Precision::F64), (sets, Precision::F32)]) {
+        let run = run_as(&builtin(SMALL, sets), precision, 2);
+        let given = run.history[0].balance.projectile + run.history[0].balance.contact;
+        for b in run.history.iter().map(|s| s.balance) {
+            let sum = b.kinetic + b.internal + b.hourglass + b.failure + b.projectile + b.contact + b.friction;
+            assert!(sum.is_finite() && sum < 1.02 * given + 1e-9, "{sets:?} {precision:?}: {b:?}");
+            assert!(b.stored >= 0.0 && b.kinetic < 1.02 * given + 1e-9, "{sets:?} {precision:?}: {b:?}");
         }
     }
 }
 
+/// All energies by their state functions, and what left, without any bookkeeping. The published law and the kinks between slack and taut
+/// at Courant 0.9 invented 1.1 % in 500 µs and some 700 failures when this was written, 2.1 % in a quarter, which invents four times alike.
 #[test]
 fn a_perforated_ply_runs_on_with_bounded_energy() {
-    // What the whole invents at random, a quarter invents four times alike.
     for (symmetry, allowed) in [("/solver/symmetry=none", 1.02), ("/solver/symmetry=auto", 1.04)] {
         let sets = ["/solver/end_time_us=500", "/projectile/obliquity_deg=0", "/projectile/offset_mm=[0,0]", symmetry];
-        stays_bounded(&run(&builtin(SMALL, &sets)), allowed);
+        let run = run(&builtin(SMALL, &sets));
+        assert!(run.events.len() > 10);
+        let sum = |s: &Sample| {
+            let b = s.balance;
+            b.kinetic + b.stored + b.hourglass + b.projectile + b.contact + b.friction + b.failure
+        };
+        let given = sum(&run.history[0]);
+        let most = run.history.iter().map(sum).fold(0.0, f64::max);
+        assert!(most < allowed * given, "{given} → {most} J");
+        let fabric = |s: &Sample| s.balance.kinetic + s.balance.stored;
+        assert!(run.history.iter().all(|s| fabric(s) < given), "the fabric never has more than was given");
     }
-}
-
-#[track_caller]
-fn stays_bounded(run: &Run, allowed: f64) {
-    assert!(run.events.len() > 10);
-    // Without any bookkeeping: all energies by their state functions, and what left. The published law and the kinks
-    // between slack and taut at Courant 0.9 invented 1.1 % in 500 µs and some 700 failures when this was written, 2.1 % in a quarter.
-    let sum = |s: &Sample| {
-        let b = s.balance;
-        b.kinetic + b.stored + b.hourglass + b.projectile + b.contact + b.friction + b.failure
-    };
-    let given = sum(&run.history[0]);
-    let most = run.history.iter().map(sum).fold(0.0, f64::max);
-    assert!(most < allowed * given, "{given} → {most} J");
-    let fabric = |s: &Sample| s.balance.kinetic + s.balance.stored;
-    assert!(run.history.iter().all(|s| fabric(s) < given), "the fabric never has more than was given");
 }
 
 #[test]
@@ -228,10 +210,7 @@ fn a_number_that_is_not_finite_is_found_with_step_kernel_and_place() {
         simulation.advance(&case);
     }
     simulation.state.nodes.set(7, field::VELOCITY + 1, 5, f64::NAN);
-    while !simulation.finished(&case) {
-        simulation.advance(&case);
-    }
-    let run = simulation.into_run(0.0);
+    let run = finish(simulation, &case);
     let trouble = run.divergence.unwrap();
     assert!(trouble.step >= 20 && trouble.step <= 22, "{trouble:?}");
     assert_eq!(trouble.place[0], 0);
@@ -245,16 +224,13 @@ fn too_long_a_step_is_diagnosed_and_produces_no_verdict() {
     let case = builtin("cases/verify/strip-uncrimped-155.json", &[]);
     let mut simulation = Simulation::<f64>::new(&case).unwrap();
     std::sync::Arc::make_mut(&mut simulation.model).dt *= 1.05 / 0.9;
-    while !simulation.finished(&case) {
-        simulation.advance(&case);
-    }
-    let run = simulation.into_run(0.0);
+    let run = finish(simulation, &case);
     let trouble = run.divergence.expect("a run at Courant 1.05 must not pass as a result");
     assert!(trouble.step > 0 && !trouble.quantity.is_empty());
 }
 
 #[test]
-fn what_a_drive_keeps_up_does_not_round_the_ledger() {
+fn energy_of_a_drive_does_not_round_the_balance() {
     // The drive's energy is a hundred million times what it does to the fabric: added up with it, the rest would be rounded away, and
     // an error with it.
     let sets = ["/projectile/motion=prescribed", "/projectile/mass_g=1e6", "/solver/end_time_us=3"];
@@ -267,7 +243,7 @@ fn what_a_drive_keeps_up_does_not_round_the_ledger() {
 #[test]
 fn energy_that_steps_too_long_for_it_invent_stops_the_run() {
     // Straight yarns of a bent ply go slack and taut again; near the critical step the leapfrog heats what has kinks. Work and
-    // kinetic energy stay in balance: only the energy stored tells.
+    // kinetic energy stay in balance: only the energy stored shows it.
     let bent = [
         "/projectile=null",
         "/fabric/weft/crimp=0",
@@ -280,11 +256,7 @@ fn energy_that_steps_too_long_for_it_invent_stops_the_run() {
     ];
     let shoot = |courant: &str| {
         let case = builtin(SMALL, &[&bent[..], &[courant]].concat());
-        let mut simulation = Simulation::<f64>::new(&case).unwrap();
-        while !simulation.finished(&case) {
-            simulation.advance(&case);
-        }
-        simulation.into_run(0.0)
+        finish(Simulation::new(&case).unwrap(), &case)
     };
     let long = shoot("/solver/courant=0.99");
     assert!(long.energy_error < 1e-9, "{}", long.energy_error);
@@ -294,7 +266,7 @@ fn energy_that_steps_too_long_for_it_invent_stops_the_run() {
 }
 
 #[test]
-fn what_fails_at_once_was_there() {
+fn energy_of_yarns_that_fail_at_once_was_there() {
     // The bulge strains yarns beyond what breaks them: what they release belongs to what the scene begins with.
     let bulge = "/pack/initial_deflection={\"amplitude_mm\":0.5,\"warp_half_waves\":3,\"weft_half_waves\":0}";
     let small =

@@ -258,32 +258,6 @@ fn a_pack_without_spacing_or_friction_is_one_ply_so_many_times_as_heavy_and_stif
     assert!((a / b - 1.0).abs() < 0.01, "{a} {b}");
 }
 
-#[test]
-fn the_step_and_the_place_of_the_hit_hardly_matter() {
-    const ASIDE: &str = "/projectile/offset_mm=[0.747,0.747]";
-    const RIM: &str = "/solver/contact_sampling=edges";
-    let shot = |more: &[&str]| {
-        let size = ["/pack/width_mm=70", "/pack/height_mm=70", "/solver/end_time_us=60"];
-        let run = run(&builtin(
-            "cases/s728-4ply-91.json",
-            &[&size[..], &["/output/profile_times_us=[]", "/expect=[]"], more].concat(),
-        ));
-        assert!(run.max_ply_penetration < 0.4 * 0.30e-3, "{more:?}: {}", run.max_ply_penetration);
-        (velocity(&run, 60e-6), run.history.last().unwrap().deflection)
-    };
-    let reference = shot(&["/solver/courant=0.9"]);
-    // Contact with the projectile is sampled at nodes: nine to twelve of them lie under its face, so that a node more or less is a
-    // twelfth; 5.3 % of the velocity lost are seen.
-    for (other, allowed) in [("/solver/courant=0.45", 0.03), (ASIDE, 0.06)] {
-        let (velocity, deflection) = shot(&[other]);
-        assert!((velocity - reference.0).abs() < allowed * (91.0 - reference.0), "{other}: {velocity}");
-        assert!((deflection / reference.1 - 1.0).abs() < 0.03, "{other}: {deflection}");
-    }
-    // Sampled at its rim too the face is as wide wherever it hits: 0.4 % are seen.
-    let [middle, aside] = [shot(&[RIM]).0, shot(&[RIM, ASIDE]).0];
-    assert!((aside - middle).abs() < 0.01 * (91.0 - middle), "at the rim: {aside} and {middle}");
-}
-
 /// A pack hit so hard that yarns break.
 fn torn(layup: &str, speed: u32) -> Case {
     let pack_text = format!(r#"{{"width_mm": 38, "height_mm": 33, "spacing_mm": 0.35, {layup}}}"#);
@@ -295,7 +269,7 @@ fn torn(layup: &str, speed: u32) -> Case {
 }
 
 #[test]
-fn a_shot_through_a_pack_keeps_its_ledger() {
+fn a_shot_through_a_pack_keeps_its_energy_and_momentum() {
     let run = run(&torn(r#""plies": 3"#, 450));
     let last = run.history.last().unwrap();
     assert_eq!(last.perforated_plies, 3);
@@ -344,7 +318,7 @@ fn inside(simulation: &Simulation<f64>) -> [usize; 2] {
 #[test]
 fn plies_that_are_perforated_do_not_pass_through_each_other() {
     let (mut sums, mut perforated) = ([0; 2], Vec::new());
-    for speed in [200, 250, 400, 600] {
+    for speed in [250, 600] {
         let case = torn(r#""plies": 3"#, speed);
         let mut simulation = Simulation::<f64>::new(&case).unwrap();
         for time in 1..=60 {
@@ -358,9 +332,9 @@ fn plies_that_are_perforated_do_not_pass_through_each_other() {
         perforated.push(last.perforated_plies);
         assert!(last.failed.iter().sum::<u64>() > 150, "{:?}", last.failed);
     }
-    assert_eq!(perforated, [2, 0, 3, 3]);
+    assert_eq!(perforated, [0, 3]);
     // One in a thousand, in crumpled fabric, and not for long.
-    assert!(sums[0] > 10_000 && sums[1] * 1000 <= sums[0], "{sums:?}");
+    assert!(sums[0] > 4_000 && sums[1] * 1000 <= sums[0], "{sums:?}");
 }
 
 #[test]

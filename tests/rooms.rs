@@ -1,7 +1,6 @@
 //! The rooms of `src/` use one another in one direction only.
 //!
-//! Goes red when a module imports from a room below its own in the list of `lib.rs`. It cannot see a room that has grown past its idea.
-//! Unit tests of `x.rs` stand in `x_tests.rs`.
+//! Red when: a module imports from a room below its own in the list of `lib.rs`. Cannot see: a room that has grown past its idea.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -71,19 +70,4 @@ fn every_file_stands_in_a_room() {
         let known = if entry.path().is_dir() { rank(&name).is_some() } else { LOOSE.contains(&beside.as_str()) };
         assert!(known, "src/{name} is in no room");
     }
-}
-
-#[test]
-fn unit_tests_stand_in_a_file_of_their_own() {
-    for path in sources(Path::new("src")) {
-        let text = fs::read_to_string(&path).unwrap();
-        assert!(!text.contains("mod tests {"), "tests of {} belong beside it, in *_tests.rs", path.display());
-    }
-}
-
-#[test]
-fn the_reader_of_imports_sees_every_form() {
-    let text =
-        "use crate::run::Run;\nuse crate::{case, model::Model};\n// crate::gpu\nlet x = crate::output::short(1.0);";
-    assert_eq!(used(text).iter().filter_map(|room| rank(room)).collect::<Vec<_>>(), [6, 1, 3, 7]);
 }

@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 
 use ripstop::case::{self, Case};
 use ripstop::output::{self, Checked};
-use ripstop::run::{self, Options, Precision, Run};
+use ripstop::run::{self, Options, Precision, Run, Simulation};
 
 /// A shipped case on the paper's numerics (one even element per crossover, contact at nodes, no viscosity) with changes, each
 /// `/pointer=value`.
@@ -31,6 +31,14 @@ pub(crate) fn run_as(case: &Case, precision: Precision, threads: usize) -> Run {
     assert!(run.divergence.is_none(), "{}: {:?}", case.title, run.divergence);
     assert_eq!(run.newton.unconverged, 0, "{}", case.title);
     run
+}
+
+/// The run of a simulation that goes on to its end, whatever becomes of it.
+pub(crate) fn finish(mut simulation: Simulation<f64>, case: &Case) -> Run {
+    while !simulation.finished(case) {
+        simulation.advance(case);
+    }
+    simulation.into_run(1.0)
 }
 
 /// The expectations of a case against its run.

@@ -14,7 +14,7 @@ fn peak(run: &Run) -> f64 {
     run.history.iter().map(|row| row.balance.max_tension).fold(0.0, f64::max)
 }
 
-/// Failures, and those of them further from the hit than so many crossovers of S-728 (1.494 mm) or Twaron.
+/// Failures, and those of them further from the hit than `far` [m].
 fn failures(case: &Case, run: &Run, far: f64) -> [usize; 2] {
     let middles: Vec<_> = case.layers().iter().flat_map(|layer| vec![layer.middles(); layer.plies as usize]).collect();
     let is_far = |event: &&ripstop::solver::FailureEvent| {
@@ -37,16 +37,27 @@ fn strip(velocity: f64, courant: &str, sets: &[&str]) -> Run {
     run(&shipped("cases/verify/strip-crimped-155.json", &[&own, &silent, sets].concat()))
 }
 
+/// From the fourth element on tension keeps within 15 %; the first elements overshoot by a third at most.
 #[test]
 fn tension_of_a_struck_strip_hardly_exceeds_its_plateau() {
+    let times: Vec<String> = (1..60).map(|half| (0.5 * f64::from(half)).to_string()).collect();
+    let profiles = format!("/output/profile_times_us=[{}]", times.join(","));
+    let size = ["/pack/width_mm=254", "/projectile/offset_mm=[-127,0]", "/solver/end_time_us=30"];
     // Exact plateaus [N]: verification.md, V² = (N/Ad)(2√(ε(1+ε)) − ε) with the tension of the crimped cell.
-    for (velocity, sets, plateau) in
-        [(155.0, &[][..], 43.26), (250.0, &[], 85.70), (155.0, &[COMPRESSIBLE], 29.95), (250.0, &[COMPRESSIBLE], 68.75)]
-    {
-        for courant in ["0.2", "0.9", "1"] {
-            let size = ["/pack/width_mm=508", "/projectile/offset_mm=[-254,0]", "/solver/end_time_us=80"];
-            let over = peak(&strip(velocity, courant, &[sets, &size].concat())) / plateau;
-            assert!((1.0..1.35).contains(&over), "{velocity} m/s, Courant {courant}, {plateau} N: {over}");
+    let rows = [
+        (155.0, &[][..], 43.26),
+        (250.0, &[], 85.70),
+        (155.0, &[COMPRESSIBLE], 29.95),
+        (250.0, &[COMPRESSIBLE], 68.75),
+    ];
+    for (velocity, sets, plateau) in rows {
+        for (mesh, courant) in [(MESHES[0], "0.2"), (MESHES[0], "1"), (MESHES[1], "1")] {
+            let run = strip(velocity, courant, &[mesh, &size, &[&profiles], sets].concat());
+            assert_eq!(run.profiles.len(), times.len());
+            let forces = run.profiles.iter().flat_map(|profile| profile.points[3..].iter().map(|point| point.force));
+            let over = [forces.fold(0.0, f64::max) * 1.27e-3, peak(&run)].map(|tension| tension / plateau);
+            let place = format!("{velocity} m/s, {plateau} N, {mesh:?}, Courant {courant}: {over:?}");
+            assert!((1.0..1.15).contains(&over[0]) && (1.0..1.35).contains(&over[1]), "{place}");
         }
     }
 }
@@ -64,33 +75,11 @@ fn a_struck_strip_breaks_near_the_exact_velocity() {
     let fabrics: [(&[&str], f64); 4] =
         [(&[], 682.0), (&[COMPRESSIBLE], 701.0), (&s728, 673.0), (&[&s728[..], &[COMPRESSIBLE]].concat(), 686.0)];
     for (fabric, critical) in fabrics {
-        for (mesh, courant) in MESHES.into_iter().flat_map(|mesh| ["0.2", "1"].map(|courant| (mesh, courant))) {
+        for (mesh, courant) in [(MESHES[0], "0.2"), (MESHES[1], "1")] {
             let size = ["/pack/width_mm=101.6", "/projectile/offset_mm=[-50.8,0]", "/solver/end_time_us=10"];
             let sets = [fabric, mesh, &size].concat();
             let [below, above] = [0.85, 1.15].map(|part| strip(part * critical, courant, &sets).events.len());
             assert!(below == 0 && above > 0, "{critical} m/s, {mesh:?}, Courant {courant}: {below}, {above}");
-        }
-    }
-}
-
-#[test]
-fn tension_of_a_strip_keeps_within_15_percent_from_the_fourth_element_on() {
-    let times: Vec<String> = (1..60).map(|half| (0.5 * f64::from(half)).to_string()).collect();
-    let profiles = format!("/output/profile_times_us=[{}]", times.join(","));
-    let size = ["/pack/width_mm=254", "/projectile/offset_mm=[-127,0]", "/solver/end_time_us=30"];
-    let of = [
-        (155.0, &[][..], 43.26),
-        (250.0, &[], 85.70),
-        (155.0, &[COMPRESSIBLE], 29.95),
-        (250.0, &[COMPRESSIBLE], 68.75),
-    ];
-    for (velocity, sets, plateau) in of {
-        for (mesh, courant) in [(MESHES[0], "0.2"), (MESHES[0], "1"), (MESHES[1], "1")] {
-            let run = strip(velocity, courant, &[mesh, &size, &[&profiles], sets].concat());
-            assert_eq!(run.profiles.len(), times.len());
-            let forces = run.profiles.iter().flat_map(|profile| profile.points[3..].iter().map(|point| point.force));
-            let over = forces.fold(0.0, f64::max) * 1.27e-3 / plateau;
-            assert!((1.0..1.15).contains(&over), "{velocity} m/s, {plateau} N, {mesh:?}, Courant {courant}: {over}");
         }
     }
 }
@@ -131,12 +120,12 @@ fn a_pack_lets_a_projectile_out_as_fast_with_a_finer_mesh() {
         assert_eq!(run.outcome, Outcome::Perforated, "{sets:?}");
         run.history.last().unwrap().projectile_velocity
     };
-    // One velocity alone scatters by 1.6 % (benches/NOTES.md): the mean of nine by a third of that.
+    // One velocity alone scatters by 1.6 %, the mean of three by 0.9 %.
     let ratio = |velocity| {
         let [coarse, fine] = ["/solver/accuracy=default", "/solver/accuracy=converged"].map(|of| left(of, velocity));
         coarse / fine
     };
-    let mean = (340..=420).step_by(10).map(ratio).sum::<f64>() / 9.0;
+    let mean = [340, 380, 420].map(ratio).iter().sum::<f64>() / 3.0;
     assert!((mean - 1.0).abs() < 0.02, "{mean}");
 }
 
@@ -148,26 +137,18 @@ fn a_first_case_of_ones_own_is_sound() {
         "pack": {"plies": 2, "width_mm": 150, "height_mm": 150,
             "edges": {"left": "clamped", "right": "clamped", "bottom": "free", "top": "free"}},
         "projectile": {"shape": "sphere", "diameter_mm": 5.56, "mass_g": 0.706, "velocity_m_s": 300}, "solver": {"end_time_us": 120}}"#;
-    let clamped = r#"/pack/edges="clamped""#;
-    let scenes: [(&[&str], Option<Outcome>); 4] = [
-        (&[], None),
-        (&["/projectile/velocity_m_s=400", "/fabric/crossover/law=variational"], None),
-        (&[clamped], Some(Outcome::Perforated)),
-        (&["/projectile/velocity_m_s=500"], Some(Outcome::Perforated)),
-    ];
-    for (sets, outcome) in scenes {
-        let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
-        let case = case::from_str("twaron", text, &sets).unwrap_or_else(|error| panic!("{error}"));
+    for (set, outcome) in
+        [(r#"/pack/edges="clamped""#, Some(Outcome::Perforated)), (r#"/fabric/crossover={"law":"variational"}"#, None)]
+    {
+        let case = case::from_str("twaron", text, &[set.to_owned()]).unwrap_or_else(|error| panic!("{error}"));
         let run = run(&case);
-        assert!(run.energy_gained.abs() < 0.01, "{sets:?}: {}", run.energy_gained);
+        assert!(run.energy_gained.abs() < 0.01, "{set}: {}", run.energy_gained);
         let least = run.history.iter().map(|row| row.balance.stored.min(row.balance.internal)).fold(0.0, f64::min);
-        assert!(least > -1e-9, "{sets:?}: {least} J");
+        assert!(least > -1e-9, "{set}: {least} J");
         if let Some(outcome) = outcome {
-            assert_eq!(run.outcome, outcome, "{sets:?}");
-            // Between two free edges warps go on tearing beside the weft that is drawn out.
+            assert_eq!(run.outcome, outcome, "{set}");
             let [all, far] = failures(&case, &run, 15.0 * 0.953e-3);
-            let held = sets.iter().any(|set| set == clamped);
-            assert!(all > 10 && (!held || far * 100 <= 15 * all), "{sets:?}: {far} of {all}");
+            assert!(all > 10 && far * 100 <= 15 * all, "{set}: {far} of {all}");
         }
     }
 }

@@ -2,12 +2,12 @@
 
 use std::path::PathBuf;
 
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
+use super::error::json_number;
 use super::fabric_file::FabricSource;
-use super::fields::json_number;
-use super::set::Set;
-use super::words::Word;
+use super::keys::Word as _;
+use super::set::{self, Set};
 use super::{BuiltInFabric, Case, CaseError, Edge, read};
 
 /// The source of a value of which nothing else is said.
@@ -61,7 +61,7 @@ impl Case {
     /// # Errors
     /// What is wrong with the case so changed.
     pub fn with(&self, pointer: &str, value: impl Into<Value>) -> Result<Self, CaseError> {
-        let document = self.as_run.as_object().cloned().unwrap_or_default();
+        let document = self.as_run.clone();
         let file = Some(&self.path).filter(|path| path.is_file());
         let source = file.map_or(FabricSource::BuiltIn, |path| FabricSource::Folder(read::folder_of(path)));
         let changed = Set::new(pointer, value.into())
@@ -168,13 +168,12 @@ impl CaseBuilder {
     /// Everything that is wrong key by key, else the first thing that does not go together.
     pub fn build(self) -> Result<Case, CaseError> {
         let source = self.folder.as_deref().map_or(FabricSource::BuiltIn, FabricSource::Folder);
-        let mut document = Map::new();
+        let mut document = json!({});
         let put = |(pointer, value): (String, Value)| Set::new(&pointer, value)?.put(&mut document);
         let done = self.keys.into_iter().try_for_each(put);
         done.map_err(|error| without_flag(error).in_file(&self.name))?;
-        let sources = document.entry("sources").or_insert_with(|| json!({}));
-        if let Value::Object(sources) = sources {
-            sources.entry("").or_insert_with(|| Value::from(BY));
+        if let Some(sources) = set::sources(&mut document) {
+            sources.entry("").or_insert_with(|| json!(BY));
         }
         let case = read::assemble_document(&self.name, document, &[], BY, &source)?;
         Ok(Case { name: self.name, ..case })

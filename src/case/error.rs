@@ -1,13 +1,12 @@
-//! What is wrong with a case: where, what was expected, what was found, and help.
+//! Refusal of a case: where, what was expected, what was found, and help; and the words for values, numbers, lists and JSON pointers.
 
 use std::{fmt, iter};
 
-use serde_json::Value;
+use serde_json::{Number, Value};
 
 use super::set;
-use super::value::number_text;
 
-/// What a case is refused with.
+/// Refusal of a case.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub struct CaseError {
@@ -15,17 +14,17 @@ pub struct CaseError {
     pub file: Box<str>,
     /// JSON pointer, `line L, column C`, or `--set /pointer`; empty where the file cannot be read at all.
     pub location: String,
-    /// What may stand there.
+    /// Values that may stand there.
     pub expected: String,
-    /// What stands there.
+    /// The value that stands there.
     pub found: String,
-    /// What to do about it, where that is known.
+    /// Remedy, where one is known.
     pub help: Option<String>,
-    /// What is wrong next.
+    /// The next error of the same case.
     pub next: Option<Box<Self>>,
 }
 
-/// Errors shown; of a file that is something else, more tell nothing.
+/// Errors shown; of a file that is something else, more say nothing.
 const SHOWN: usize = 12;
 
 impl fmt::Display for CaseError {
@@ -64,14 +63,8 @@ impl CaseError {
 
     /// An error at `location` of a file that the caller names with [`CaseError::in_file`].
     pub(super) fn at(location: impl Into<String>, expected: impl Into<String>, found: impl Into<String>) -> Self {
-        Self {
-            file: Box::default(),
-            location: location.into(),
-            expected: expected.into(),
-            found: found.into(),
-            help: None,
-            next: None,
-        }
+        let (location, expected, found) = (location.into(), expected.into(), found.into());
+        Self { file: Box::default(), location, expected, found, help: None, next: None }
     }
 
     /// This one and all that are wrong besides.
@@ -114,6 +107,15 @@ pub(super) fn describe(value: &Value) -> String {
     }
 }
 
+/// A value as the report shows it.
+pub(super) fn text_of(value: &Value) -> String {
+    match value {
+        Value::String(text) => text.clone(),
+        Value::Array(items) => format!("[{}]", items.iter().map(text_of).collect::<Vec<_>>().join(", ")),
+        other => describe(other),
+    }
+}
+
 /// Text in quotes, control characters escaped, cut at 60 characters.
 pub(super) fn quote(text: &str) -> String {
     let mut short: String = text.chars().take(60).collect();
@@ -133,44 +135,82 @@ pub(super) fn list<'a>(words: impl IntoIterator<Item = &'a str>) -> String {
     }
 }
 
+/// A number in the fewest digits that read back as itself.
+pub(super) fn number_text(number: f64) -> String {
+    if number == 0.0 || (1e-4..1e7).contains(&number.abs()) { format!("{number}") } else { format!("{number:e}") }
+}
+
+/// A computed number to six digits: without the dust of unit conversion.
+pub(super) fn short_number_text(number: f64) -> String {
+    number_text(format!("{number:.5e}").parse().unwrap_or(number))
+}
+
+/// A length [m] in millimetres, for messages.
+pub(super) fn millimetres(length: f64) -> String {
+    format!("{} mm", short_number_text(length * 1e3))
+}
+
+/// A number as people write it: 0 and 155, not 0.0 and 155.0.
+pub(super) fn json_number(number: f64) -> Value {
+    if number.fract() == 0.0 && number.abs() < 1e15 {
+        Value::from(number as i64)
+    } else {
+        Number::from_f64(number).map_or(Value::Null, Value::Number)
+    }
+}
+
+/// A whole number that fits; 2.0 is one.
+pub(super) fn whole(value: &Value) -> Option<u32> {
+    let number = value.as_f64().filter(|number| number.fract() == 0.0)?;
+    (0.0..=f64::from(u32::MAX)).contains(&number).then_some(number as u32)
+}
+
+/// The fraction meant by `1%`.
+pub(super) fn percent(text: &str) -> Option<f64> {
+    let number: f64 = text.strip_suffix('%')?.trim().parse().ok()?;
+    (0.0..=100.0).contains(&number).then_some(number / 100.0)
+}
+
 /// Keys and words of earlier versions, and what they are called now.
 const RENAMED: [(&str, &str); 3] = [("growth", "growth_ratio"), ("coarsest", "max_crossovers"), ("rim", "edges")];
 
 /// The candidate that `word` was called before, or the nearest to it: fewest edits, and among those the longest common beginning.
-pub(crate) fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+pub(super) fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let candidates: Vec<&str> = candidates.into_iter().collect();
-    let renamed = RENAMED.iter().find(|(old, new)| *old == word && candidates.contains(new));
-    if let Some((_, new)) = renamed {
-        return candidates.into_iter().find(|candidate| candidate == new);
+    if let Some((_, new)) = RENAMED.iter().find(|(old, new)| *old == word && candidates.contains(new)) {
+        return Some(new);
     }
     // Beyond this length nothing resembles a key, and the table of edits would only cost time.
-    let word: Vec<char> = word.chars().take(100).collect();
+    let word: String = word.chars().take(100).collect();
     candidates.into_iter().min_by_key(|candidate| {
-        let candidate: Vec<char> = candidate.chars().collect();
-        let common = word.iter().zip(&candidate).take_while(|(a, b)| a == b).count();
+        let common = word.chars().zip(candidate.chars()).take_while(|(a, b)| a == b).count();
         // `mass` is meant as `mass_g`, however long the unit that was left out.
-        let beginning = common == word.len().min(candidate.len()) && common >= 3;
-        let edits = edits(&word, &candidate);
+        let beginning = common == word.chars().count().min(candidate.chars().count()) && common >= 3;
+        let edits = strsim::osa_distance(&word, candidate);
         (if beginning { edits.min(2) } else { edits }, std::cmp::Reverse(common))
     })
 }
 
-/// Insertions, deletions, replacements and swaps of neighbours that turn `a` into `b`.
-fn edits(a: &[char], b: &[char]) -> usize {
-    let mut rows: Vec<Vec<usize>> = vec![(0..=b.len()).collect()];
-    for i in 1..=a.len() {
-        let mut row = vec![i];
-        for j in 1..=b.len() {
-            let replace = rows[i - 1][j - 1] + usize::from(a[i - 1] != b[j - 1]);
-            let mut best = replace.min(rows[i - 1][j] + 1).min(row[j - 1] + 1);
-            if i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1] {
-                best = best.min(rows[i - 2][j - 2] + 1);
-            }
-            row.push(best);
-        }
-        rows.push(row);
-    }
-    rows[a.len()][b.len()]
+/// Whether `pointer` is `above` or something inside it.
+pub(super) fn is_at_or_below(pointer: &str, above: &str) -> bool {
+    pointer.strip_prefix(above).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
+}
+
+/// The index that a part of a pointer stands for: digits without a leading zero.
+pub(super) fn index(part: &str) -> Option<usize> {
+    let canonical = part == "0" || part.starts_with(|c: char| ('1'..='9').contains(&c));
+    part.parse().ok().filter(|_| canonical)
+}
+
+/// A key as part of a JSON pointer; control characters are escaped, for an error is one line per part.
+pub(super) fn escape(key: &str) -> String {
+    let shown = |c: char| if c.is_control() { c.escape_default().collect() } else { vec![c] };
+    key.chars().take(200).collect::<String>().replace('~', "~0").replace('/', "~1").chars().flat_map(shown).collect()
+}
+
+/// A part of a JSON pointer as the key it stands for.
+pub(super) fn unescape(part: &str) -> String {
+    part.replace("~1", "/").replace("~0", "~")
 }
 
 #[cfg(test)]

@@ -1,23 +1,26 @@
 //! Grading of a mesh: elements of the finest size around the hit, growing away from it.
 
-use super::error::CaseError;
-use super::scope::{ObjectReader, WordOrObject};
-use super::value::millimetres;
-use super::{Layer, LinesFrom, Projectile, Shape};
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::error::millimetres;
+use super::keys::{WordOr, choices};
+use super::provenance::Provenance;
+use super::{CaseError, Layer, Projectile, Shape};
 
 /// Fine elements reach this far from the projectile's wall by default, over its radius [-].
 const FINE_RADII: f64 = 1.0;
-/// How deep a point pushes a ply in before a yarn under it breaks, over the ply's smaller side [-]: slopes of a quarter stretch yarns by 3 %.
+/// Depth to which a point pushes a ply in before a yarn under it breaks, over the ply's smaller side [-]: slopes of a quarter stretch yarns by 3 %.
 const PUSHED_IN: f64 = 0.125;
 /// Places closer than this to a line of nodes are on it, over the element length [-].
 const ON_LINE: f64 = 1e-6;
 
-/// Where a mesh is fine and how it grows.
+/// Region where a mesh is fine, and its growth beyond.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grading {
     /// Where the projectile meets the pack's plane, in the pack's axes [m].
     pub hit: [f64; 2],
-    /// How far it moves along X and Y while it is in the pack, or may slide over it [m].
+    /// Way along X and Y while the projectile is in the pack, or may slide over it [m].
     pub way: [f64; 2],
     /// Around that way elements are of the finest size, up to this distance along X and Y [m].
     pub fine: [f64; 2],
@@ -29,68 +32,100 @@ pub struct Grading {
     pub lines_from: LinesFrom,
 }
 
-/// Reads the grading of a pack of which each element of the finest size has `side` crossovers along a side.
-/// `graded`: what it is where nothing is said.
-pub(super) fn read(
-    pack: &ObjectReader<'_>,
-    projectile: Option<&Projectile>,
-    side: f64,
-    graded: bool,
-) -> Result<Option<Grading>, CaseError> {
-    let choice = match pack.given("mesh_grading") {
-        Some(_) => pack.choice("mesh_grading")?,
-        None => {
-            let word = if graded { "graded" } else { "none" };
-            pack.derive_value("mesh_grading", word.to_owned(), false)?;
-            WordOrObject::Word(word.to_owned())
-        }
-    };
-    let keys = match choice {
-        WordOrObject::Word(word) if word == "none" => return Ok(None),
-        WordOrObject::Word(_) => pack.defaults("mesh_grading")?,
-        WordOrObject::Keys(keys) => keys,
-    };
-    let fine = match (keys.number_if_given("fine_radius_mm")?, projectile) {
-        (Some(radius), _) => radius,
-        (None, Some(projectile)) => keys.derive("fine_radius_mm", fine_radius(projectile), false)?,
-        (None, None) => {
-            let error =
-                CaseError::at(keys.at("fine_radius_mm"), "a radius", "nothing, and no projectile to take it from");
-            return Err(
-                error.help("give fine_radius_mm: without a projectile the mesh is fine around the pack's centre")
-            );
-        }
-    };
-    let growth = keys.number("growth_ratio")?;
-    let coarsest = keys.whole("max_crossovers")?;
-    if f64::from(coarsest) < side {
-        let expected =
-            format!("at least the crossovers along a side of the finest (crossovers_per_element), which are {side}");
-        return Err(CaseError::at(keys.at("max_crossovers"), expected, coarsest.to_string()));
+choices! {
+    /// Origin of the lines of nodes of a graded mesh.
+    #[non_exhaustive]
+    pub enum LinesFrom {
+        /// Two lines cross where the projectile hits, so that the mesh around a hit does not depend on its place in the weave.
+        Hit = "hit",
+        /// Lines lie whole finest elements from the edges of the ply.
+        Edges = "edges",
     }
-    let along_bar = |axis: usize| match projectile.map(|p| p.shape) {
-        Some(Shape::Bar { along, .. }) if along as usize == axis => f64::INFINITY,
-        _ => fine,
-    };
-    Ok(Some(Grading {
-        hit: projectile.map_or([0.0; 2], |p| p.offset),
-        way: [0.0; 2],
-        fine: [along_bar(0), along_bar(1)],
-        growth_ratio: growth,
-        max_size: f64::from(coarsest) / side,
-        lines_from: keys.word("lines_from")?,
-    }))
+    pub(super) enum GradingWord {
+        None = "none",
+        Graded = "graded",
+    }
 }
 
-/// The default of a projectile [m]: [`FINE_RADII`], and as far as a yawed body's tail swings out.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+pub(super) struct GradingKeys {
+    /// Up to this distance from the projectile's way through the pack, along warp and weft, elements have
+    /// crossovers_per_element. The way of a point that strikes obliquely goes on while it pushes the ply in, by an eighth of
+    /// the smaller side, at most that far.
+    #[schemars(rename = "fine_radius_mm", range(min = 0, max = 1e5))]
+    #[schemars(extend("derived" = "two radii of the projectile, and as far as a yawed tail swings out"))]
+    fine_radius: Option<f64>,
+    /// Largest ratio of the lengths of neighbouring elements.
+    #[schemars(range(min = 1, max = 2), extend("default" = 1.2, "source" = NO_BETTER))]
+    growth_ratio: f64,
+    /// Crossovers along a side of the largest elements.
+    #[schemars(range(min = 1, max = 64), extend("default" = 6, "source" = NO_BETTER))]
+    max_crossovers: u32,
+    /// Where lines of nodes are counted from: the hit, at which two of them cross, or the edges of the ply.
+    #[schemars(extend(
+        "default" = "hit", "source" = "measured: the result does not depend on where in a cell the projectile hits"
+    ))]
+    lines_from: LinesFrom,
+}
+
+const NO_BETTER: &str = "measured: smaller ones keep the outcome no better";
+
+impl GradingKeys {
+    /// The grading of a pack of which each element of the finest size has `side` crossovers along a side. `graded`: whether it is graded
+    /// where nothing is said.
+    pub(super) fn grading(
+        given: Option<WordOr<GradingWord, Self>>,
+        graded: bool,
+        projectile: Option<&Projectile>,
+        side: f64,
+        record: &Provenance,
+    ) -> Result<Option<Grading>, CaseError> {
+        let at = |key: &str| format!("/pack/mesh_grading{key}");
+        let keys = match given {
+            None => {
+                record.derive_text(&at(""), if graded { "graded" } else { "none" }, "", false);
+                if graded { record.defaults(&at(""))? } else { return Ok(None) }
+            }
+            Some(WordOr::Word(GradingWord::None)) => return Ok(None),
+            Some(WordOr::Word(GradingWord::Graded)) => record.defaults(&at(""))?,
+            Some(WordOr::Keys(keys)) => keys,
+        };
+        let fine = match (keys.fine_radius, projectile) {
+            (Some(radius), _) => radius,
+            (None, Some(projectile)) => record.derive(&at("/fine_radius_mm"), fine_radius(projectile), "", false),
+            (None, None) => {
+                let error =
+                    CaseError::at(at("/fine_radius_mm"), "a radius", "nothing, and no projectile to take it from");
+                return Err(
+                    error.help("give fine_radius_mm: without a projectile the mesh is fine around the pack's centre")
+                );
+            }
+        };
+        let coarsest = f64::from(keys.max_crossovers);
+        if coarsest < side {
+            let expected = format!(
+                "at least the crossovers along a side of the finest (crossovers_per_element), which are {side}"
+            );
+            return Err(CaseError::at(at("/max_crossovers"), expected, coarsest.to_string()));
+        }
+        let along_bar = |axis: usize| match projectile.map(|p| p.shape) {
+            Some(Shape::Bar { along, .. }) if along as usize == axis => f64::INFINITY,
+            _ => fine,
+        };
+        Ok(Some(Grading {
+            hit: projectile.map_or([0.0; 2], |p| p.offset),
+            way: [0.0; 2],
+            fine: [along_bar(0), along_bar(1)],
+            growth_ratio: keys.growth_ratio,
+            max_size: coarsest / side,
+            lines_from: keys.lines_from,
+        }))
+    }
+}
+
+/// Fine radius for a projectile [m]: [`FINE_RADII`], and as far as a yawed body's tail swings out.
 fn fine_radius(projectile: &Projectile) -> f64 {
-    let (diameter, length) = match projectile.shape {
-        Shape::Sphere { diameter } | Shape::Bar { diameter, .. } => (diameter, 0.0),
-        Shape::Cylinder { diameter, length }
-        | Shape::Cone { diameter, length, .. }
-        | Shape::Ogive { diameter, length, .. }
-        | Shape::Fragment { diameter, length, .. } => (diameter, length),
-    };
+    let (diameter, length) = (projectile.shape.diameter(), projectile.shape.length());
     0.5 * diameter * (1.0 + FINE_RADII) + length * projectile.yaw.sin().abs()
 }
 
@@ -120,9 +155,7 @@ impl Grading {
         let reach: [f64; 2] = [reach([c, s]), reach([s, c])];
         [0, 1].map(|a| [from[a] + way[a].min(0.0) - reach[a], from[a] + way[a].max(0.0) + reach[a]])
     }
-}
 
-impl Grading {
     /// Lines over `count` finest elements, fine `from` … `to`, around a hit.
     fn lines(&self, count: usize, [from, to]: [f64; 2], hit: f64) -> Vec<f64> {
         let last = count as f64;

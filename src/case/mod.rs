@@ -1,69 +1,59 @@
-//! The case: what the user asked for, read from JSON, checked, in SI units.
+//! The case: a user's wish, read from JSON, checked, in SI units.
 //!
 //! This is the only module that knows JSON keys and textile or ballistic units. Everything downstream
 //! (`model`, `state`, `step`, …) sees the types below: SI numbers that are finite, in range and
 //! consistent with each other.
+//!
+//! A document becomes a case in five steps: [`read`] parses it, [`set`] changes it and [`fabric_file`] puts fabrics of files in their place,
+//! [`check`] checks it against the types of its keys, [`provenance`] completes it with defaults and keeps where each value came from, and
+//! these types become those below.
 
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-mod build;
+use schemars::JsonSchema;
+use serde::Deserialize;
+use serde_json::Value;
+
 mod builder;
-mod builtin;
 mod check;
 mod error;
-mod expect;
 mod fabric;
 mod fabric_file;
-mod fabric_keys;
-mod fields;
 mod grading;
-mod hash;
-mod json;
-mod layup;
+mod keys;
 mod limits;
-mod pack_keys;
-mod pack_types;
-mod places;
-mod pointer;
+mod pack;
 mod projectile;
-mod projectile_keys;
-mod projectile_types;
+mod provenance;
 mod read;
-mod record;
-mod reference;
-mod report;
 mod schema;
-mod scope;
 mod set;
-mod solver_keys;
-mod solver_types;
-mod sources;
-mod table;
-mod units;
-mod value;
+mod shape;
+mod solver;
 mod variability;
-mod variability_keys;
-mod words;
 
 pub use builder::CaseBuilder;
-pub use builtin::{BuiltInFabric, builtin_fabric};
 pub use error::CaseError;
-pub use fabric::*;
-pub use grading::Grading;
-pub use hash::case_hash;
-pub use pack_types::*;
-pub use projectile_types::*;
+pub use fabric::{Compression, Crossover, Fabric, Law, MembraneForce, Shear, ShearModulus, Yarn};
+pub use fabric_file::{BuiltInFabric, builtin_fabric};
+pub use grading::{Grading, LinesFrom};
+pub use pack::{Edge, Edges, InitialDeflection, Layer, Pack};
+pub use projectile::{Along, Motion, Projectile, Rotation};
+pub(crate) use provenance::mesh;
+pub use provenance::{Field, Origin, report};
 pub(crate) use read::{converged, realisation};
 pub use read::{from_str, from_text, read};
-pub use reference::reference;
-pub(crate) use report::mesh;
-pub use report::report;
-pub use schema::schema;
-pub use solver_types::*;
+pub use schema::{reference, schema};
+pub use shape::Shape;
+pub use solver::{
+    Accuracy, Bound, ContactSampling, Expect, Numerics, Output, RunUntil, Solver, StretchSampling, Symmetry,
+};
+
+pub(crate) use keys::Word;
 pub(crate) use variability::RANGE_STREAM;
 pub use variability::{Distribution, Drawn, HitPlace, Scattered, Variability, YarnStrength};
-pub(crate) use words::Word;
 
 /// The README's shot with some keys set, for unit tests.
 #[cfg(test)]
@@ -148,98 +138,125 @@ impl Case {
     }
 }
 
-/// What is written and how often.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct Output {
-    /// Interval of `history.csv` [s].
-    pub history_interval: f64,
-    /// Frames for ParaView, evenly from the start to the end time.
-    pub frames: u32,
-    /// Times at which a deflection profile is sampled [s], ascending.
-    pub profile_times: Vec<f64>,
-    /// Direction of the profile through the point of impact (pack centre without projectile).
-    pub profile_along: Along,
+/// The whole case file.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[allow(dead_code, reason = "some keys are for people")]
+struct CaseKeys {
+    /// The JSON Schema of case files, for editors; ripstop writes one with `ripstop schema`.
+    #[serde(rename = "$schema")]
+    #[schemars(length(min = 1))]
+    schema: Option<String>,
+    /// What the case is, for people.
+    #[schemars(length(min = 1))]
+    title: String,
+    /// The fabric of every ply that pack.layup gives no other; a file is named relative to the case's folder.
+    fabric: Fabric,
+    /// Plies, size, edges and initial state.
+    pack: Pack,
+    /// What strikes the pack; null or absent: nothing does.
+    #[schemars(with = "Option<projectile::ProjectileKeys>", extend("without" = "nothing strikes the pack"))]
+    projectile: Option<Projectile>,
+    /// What varies from shot to shot; nothing does in a case that names no shot.
+    variability: Option<Variability>,
+    /// Time integration.
+    #[schemars(extend("default" = {}))]
+    solver: Solver,
+    /// What is written and how often.
+    #[schemars(extend("default" = {}))]
+    output: Output,
+    /// Statements about the result that the run checks.
+    #[schemars(length(min = 0, max = 1000))]
+    expect: Option<Vec<solver::ExpectKeys>>,
+    /// Where values come from: JSON pointer of a value or of an object around it, and text; a text that begins with "assumed" marks
+    /// its values as assumed.
+    #[schemars(extend("propertyNames" = {"pattern": "^(/.*)?$"}))]
+    sources: Option<BTreeMap<String, String>>,
+    /// Remarks for people.
+    #[schemars(length(min = 1))]
+    notes: Option<String>,
 }
 
-/// A statement about the result, checked after the run.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct Expect {
-    /// Name of the quantity: any number or word of `summary.json`, any column of `history.csv` (with `at_us`),
-    /// or a measured wave quantity.
-    pub quantity: String,
-    /// What is expected.
-    pub bound: Bound,
-    /// Time at which a history or profile quantity is read [s].
-    pub at: Option<f64>,
-    /// Interval over which a speed or frequency is measured [s].
-    pub between: Option<[f64; 2]>,
-    /// Where the statement comes from.
-    pub source: String,
-    /// Why it is known not to hold; empty: it must.
-    pub known_difference: String,
-}
-
-/// The expectation itself.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub enum Bound {
-    /// A word, e.g. an outcome.
-    Word(String),
-    /// |got − value| ≤ tolerance (already absolute, in the quantity's own unit).
-    Value {
-        /// Expected.
-        value: f64,
-        /// Allowed absolute difference.
-        tolerance: f64,
-    },
-    /// min ≤ got ≤ max.
-    Range {
-        /// −∞ when absent.
-        min: f64,
-        /// +∞ when absent.
-        max: f64,
-    },
-}
-
-/// One field of the case and where its value came from.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct Field {
-    /// JSON pointer, e.g. `/fabric/warp/modulus_gpa`.
-    pub pointer: String,
-    /// Value in the key's unit, as text.
-    pub value: String,
-    /// Unit, empty when dimensionless.
-    pub unit: &'static str,
-    /// Read, defaulted or derived.
-    pub origin: Origin,
-    /// Where the value comes from: the case's `sources`, the default's source, or the formula.
-    pub source: String,
-    /// True when the value is assumed rather than published.
-    pub assumed: bool,
-}
-
-/// Where a field's value came from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Origin {
-    /// From the case file or `--set`.
-    Read,
-    /// Not given: the documented default.
-    Default,
-    /// Computed from other fields.
-    Derived,
-}
-
-impl Origin {
-    /// One word.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Read => "read",
-            Self::Default => "default",
-            Self::Derived => "derived",
-        }
+impl CaseKeys {
+    /// The case; its name, path, notes, document and draws are the caller's.
+    fn case(self, record: provenance::Provenance) -> Result<Case, CaseError> {
+        let Self { title, mut fabric, mut pack, mut projectile, variability, mut solver, output, .. } = self;
+        fabric.complete("/fabric", &record)?;
+        projectile.as_mut().map_or(Ok(()), |projectile| projectile.complete(&record))?;
+        variability.as_ref().map_or(Ok(()), |variability| variability.check(projectile.as_ref()))?;
+        solver.complete(projectile.as_ref(), &record);
+        pack.complete(&fabric, projectile.as_ref(), &solver, &record)?;
+        solver.complete_end(projectile.as_ref(), &pack, &record)?;
+        output.check(&record)?;
+        let statement = |(index, keys): (usize, solver::ExpectKeys)| {
+            let at = format!("/expect/{index}");
+            let expect = keys.expect(&at)?;
+            record.summarise(&at, expect.in_words(), &expect.source);
+            Ok(expect)
+        };
+        let expect = self.expect.into_iter().flatten().enumerate().map(statement).collect::<Result<_, _>>()?;
+        let fields = record.into_fields();
+        let (name, as_run, path, notes, drawn) = Default::default();
+        Ok(Case {
+            name,
+            title,
+            fabric,
+            pack,
+            projectile,
+            variability,
+            drawn,
+            solver,
+            output,
+            expect,
+            fields,
+            as_run,
+            notes,
+            path,
+        })
     }
+}
+
+/// Keys of a case that say nothing about what it computes.
+const CASE_WORDS: [&str; 5] = ["$schema", "title", "sources", "notes", "expect"];
+
+/// Fingerprint of what a case computes: 64-bit FNV-1a of the case as run, with keys sorted and numbers in one form,
+/// without the words around it (title, sources, notes) and what is expected of it.
+pub fn case_hash(as_run: &Value) -> String {
+    let mut text = String::new();
+    match as_run.as_object() {
+        Some(map) => object_text(map.iter().filter(|(key, _)| !CASE_WORDS.contains(&key.as_str())), &mut text),
+        None => canonical(as_run, &mut text),
+    }
+    let mix = |hash: u64, byte: u8| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
+    format!("{:016x}", text.bytes().fold(0xcbf2_9ce4_8422_2325, mix))
+}
+
+fn canonical(value: &Value, text: &mut String) {
+    match value {
+        Value::Number(number) => match number.as_f64() {
+            Some(number) => *text += &format!("{number:?}"),
+            None => *text += &number.to_string(),
+        },
+        Value::Array(items) => {
+            text.push('[');
+            for item in items {
+                canonical(item, text);
+                text.push(',');
+            }
+            text.push(']');
+        }
+        Value::Object(map) => object_text(map, text),
+        other => *text += &other.to_string(),
+    }
+}
+
+fn object_text<'a>(entries: impl IntoIterator<Item = (&'a String, &'a Value)>, text: &mut String) {
+    let mut entries: Vec<_> = entries.into_iter().collect();
+    entries.sort_by_key(|(key, _)| *key);
+    text.push('{');
+    for (key, value) in entries {
+        *text += &format!("{key:?}:");
+        canonical(value, text);
+        text.push(',');
+    }
+    text.push('}');
 }

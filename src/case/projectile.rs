@@ -1,189 +1,265 @@
-//! The projectile of a case.
+//! Projectile: its keys, and the same in SI units.
 
-use super::error::CaseError;
-use super::scope::ObjectReader;
-use super::value::{millimetres, short_number_text};
-use super::words::ShapeWord;
-use super::{Projectile, Rotation, Shape};
+use schemars::JsonSchema;
+use serde::{Deserialize, Deserializer};
+
+use super::error::{millimetres, short_number_text};
+use super::keys::choices;
+use super::provenance::Provenance;
+use super::{CaseError, Shape};
 
 /// Rounding of a point that says nothing [m]. Under a sharp one a node stands on the tip or slips off it, which is a matter of the last bit:
-/// the limit of a cone is 93 or 76 m/s. From 0.15 to 0.5 mm it is 95 to 99 m/s (`benches/NOTES.md`).
+/// the limit of a cone is 93 or 76 m/s. From 0.15 to 0.5 mm it is 95 to 99 m/s.
 const TIP_RADIUS: f64 = 0.5e-3;
-/// The most of it, over the diameter [-].
+/// Largest such rounding over the diameter [-].
 const TIP_PART: f64 = 0.1;
+/// Source of a fragment's defaults.
+const CHISEL: &str = "assumed: about as chisel-nosed fragment simulators have it";
+/// Source of moments of inertia that are left out.
+const UNIFORM: &str = "a uniform solid of this shape and mass";
 
-/// Reads the projectile in the order of the table.
-pub(super) fn read(scope: &ObjectReader<'_>) -> Result<Projectile, CaseError> {
-    let word: ShapeWord = scope.word("shape")?;
-    let shape = shape(scope, word)?;
-    let long = !matches!(word, ShapeWord::Sphere | ShapeWord::Bar);
-    let turning = word != ShapeWord::Bar;
-    let edge_radius = if long { edge_radius(scope, &shape)? } else { 0.0 };
-    let density = if turning { scope.number_if_given("density_kg_m3")? } else { None };
-    let mass = match (scope.number_if_given("mass_g")?, density) {
-        (Some(mass), _) => mass,
-        (None, Some(density)) => {
-            let assumed = scope.is_assumed("density_kg_m3");
-            scope.derive_as(
-                "mass_g",
-                density * shape.volume(),
-                "density_kg_m3 times the volume of the body",
-                assumed,
-            )?
-        }
-        (None, None) => return Err(CaseError::at(scope.at("mass_g"), "a mass or a density", "neither")),
-    };
-    let inertia = if turning { inertia(scope)? } else { None };
-    Ok(Projectile {
-        shape,
-        edge_radius,
-        mass,
-        density,
-        inertia,
-        velocity: scope.number("velocity_m_s")?,
-        offset: scope.vector("offset_mm")?,
-        standoff: scope.number("standoff_mm")?,
-        obliquity: scope.number("obliquity_deg")?,
-        azimuth: scope.number("azimuth_deg")?,
-        yaw: if turning { scope.number("yaw_deg")? } else { 0.0 },
-        angular_velocity: if turning { scope.vector("angular_velocity_rad_s")? } else { [0.0; 3] },
-        friction: scope.number("friction")?,
-        motion: scope.word("motion")?,
-        rotation: if turning { scope.word("rotation")? } else { bar_rotation(scope)? },
-    })
+/// A rigid projectile. Flight is along +Z at normal incidence; the pack lies in Z = 0 around the origin.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct Projectile {
+    /// Geometry.
+    #[serde(flatten)]
+    pub shape: Shape,
+    /// Radius of the rounding of every edge [m].
+    #[serde(default)]
+    pub edge_radius: f64,
+    /// [kg]
+    #[serde(default)]
+    pub mass: f64,
+    /// Density of a solid body, where the case gives it [kg/m³].
+    pub density: Option<f64>,
+    /// Moments of inertia about the body axis and across it through the centre of mass [kg·m²]; `None`: uniform solid.
+    #[serde(flatten, deserialize_with = "inertia")]
+    pub inertia: Option<[f64; 2]>,
+    /// Speed along the line of flight [m/s].
+    pub velocity: f64,
+    /// Where the line of flight meets the pack's plane, from the pack's centre [m].
+    pub offset: [f64; 2],
+    /// Gap between nose and first ply at the start, along Z [m].
+    pub standoff: f64,
+    /// Angle between the line of flight and the pack's normal [rad].
+    pub obliquity: f64,
+    /// In-plane direction of the obliquity, from warp towards weft [rad].
+    pub azimuth: f64,
+    /// Angle between the body axis and the line of flight, in the plane of `azimuth` [rad].
+    #[serde(default)]
+    pub yaw: f64,
+    /// Initial angular velocity, fixed axes X, Y, Z [rad/s].
+    #[serde(default)]
+    pub angular_velocity: [f64; 3],
+    /// Coulomb coefficient against fabric [-].
+    pub friction: f64,
+    /// Free flight or velocity held.
+    pub motion: Motion,
+    /// Whether the body may rotate.
+    #[serde(default = "locked")]
+    pub rotation: Rotation,
 }
 
-fn shape(scope: &ObjectReader<'_>, word: ShapeWord) -> Result<Shape, CaseError> {
-    let diameter = scope.number("diameter_mm")?;
-    let length = || scope.number("length_mm");
-    Ok(match word {
-        ShapeWord::Cylinder => Shape::Cylinder { diameter, length: length()? },
-        ShapeWord::Sphere => Shape::Sphere { diameter },
-        ShapeWord::Bar => Shape::Bar { diameter, along: scope.word("along")? },
-        ShapeWord::Cone => {
-            let length = length()?;
-            let nose_length = match scope.number_if_given("nose_length_mm")? {
-                Some(given) => at_most(scope, "nose_length_mm", given, "length_mm", length)?,
-                None => scope.derive_as("nose_length_mm", length, "length_mm: a plain cone", false)?,
-            };
-            Shape::Cone { diameter, length, nose_length }
-        }
-        ShapeWord::Ogive => ogive(scope, diameter, length()?)?,
-        ShapeWord::Fragment => fragment(scope, diameter, length()?)?,
-    })
-}
-
-/// Refuses a length above another one [m].
-fn at_most(scope: &ObjectReader<'_>, name: &str, given: f64, limit_name: &str, limit: f64) -> Result<f64, CaseError> {
-    if given > limit {
-        let expected = format!("at most {limit_name}, which is {}", millimetres(limit));
-        return Err(CaseError::at(scope.at(name), expected, millimetres(given)));
+fn inertia<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<[f64; 2]>, D::Error> {
+    #[derive(Deserialize)]
+    struct Inertia {
+        axial_inertia: Option<f64>,
+        transverse_inertia: Option<f64>,
     }
-    Ok(given)
+    let Inertia { axial_inertia, transverse_inertia } = Inertia::deserialize(deserializer)?;
+    Ok(axial_inertia.zip(transverse_inertia).map(Into::into))
 }
 
-/// A tangent arc is at least as long as the radius that it closes.
-fn ogive(scope: &ObjectReader<'_>, diameter: f64, length: f64) -> Result<Shape, CaseError> {
-    let too_short = |name: &str, found: f64| {
-        let expected = format!("at least half of diameter_mm, which is {}", millimetres(0.5 * diameter));
-        let error = CaseError::at(scope.at(name), expected, millimetres(found));
-        Err(error.help("a tangent ogive of that length is a hemisphere, a shorter one there is not"))
-    };
-    if length < 0.5 * diameter {
-        return too_short("length_mm", length);
-    }
-    let nose_length = match scope.number_if_given("nose_length_mm")? {
-        Some(given) if given < 0.5 * diameter => return too_short("nose_length_mm", given),
-        Some(given) => at_most(scope, "nose_length_mm", given, "length_mm", length)?,
-        None => {
-            let how = "assumed: 1.5 × diameter_mm, at most length_mm";
-            scope.derive_as("nose_length_mm", length.min(1.5 * diameter), how, true)?
-        }
-    };
-    Ok(Shape::Ogive { diameter, length, nose_length })
+fn locked() -> Rotation {
+    Rotation::Locked
 }
 
-/// The slanted flats must meet the wall before the tail.
-fn fragment(scope: &ObjectReader<'_>, diameter: f64, length: f64) -> Result<Shape, CaseError> {
-    let nose_flat = scope.number_or("nose_flat_mm", 0.46 * diameter, true)?;
-    let nose_flat = at_most(scope, "nose_flat_mm", nose_flat, "diameter_mm", diameter)?;
-    let nose_angle = scope.number("nose_angle_deg")?;
-    let nose = 0.5 * (diameter - nose_flat) * nose_angle.tan();
-    if nose > length {
-        let expected = format!("flats that end within length_mm, which is {}", millimetres(length));
-        let found = format!("a nose of {}", millimetres(nose));
-        return Err(CaseError::at(scope.at("nose_angle_deg"), expected, found));
+choices! {
+    /// A yarn direction.
+    pub enum Along {
+        /// X
+        Warp = "warp",
+        /// Y
+        Weft = "weft",
     }
-    Ok(Shape::Fragment { diameter, length, nose_flat, nose_angle, roll: scope.number("roll_deg")? })
+    /// Whether contact changes the projectile's velocity.
+    pub enum Motion {
+        /// Rigid body of the given mass.
+        Free = "free",
+        /// Velocity held whatever the contact force (the work this takes is in the energy balance).
+        Prescribed = "prescribed",
+    }
+    /// Whether the projectile may rotate.
+    pub enum Rotation {
+        /// Six degrees of freedom.
+        Free = "free",
+        /// Translation only.
+        Locked = "locked",
+    }
+    /// Shape without its lengths.
+    pub(super) enum ShapeWord {
+        Cylinder = "cylinder" or "rcc",
+        Sphere = "sphere" or "ball",
+        Cone = "cone",
+        Ogive = "ogive",
+        Fragment = "fragment" or "fsp",
+        Bar = "bar",
+    }
 }
 
-/// The rounding must leave room for itself: a ball of its radius fits into the body, and each face is left in part.
-fn edge_radius(scope: &ObjectReader<'_>, shape: &Shape) -> Result<f64, CaseError> {
-    let largest = match *shape {
-        Shape::Cylinder { diameter, length } => (0.5 * diameter).min(0.5 * length),
-        Shape::Cone { diameter, length, nose_length } => {
-            let sine = 0.5 * diameter / nose_length.hypot(0.5 * diameter);
-            (0.5 * diameter).min(length * sine / (1.0 + sine))
-        }
-        Shape::Ogive { diameter, length, nose_length } => {
-            let (r, shank) = (0.5 * diameter, length - nose_length);
-            // Of the ball that touches arc and tail, where it is no wider than the wall.
-            let arc = (r * r + nose_length * nose_length) / (2.0 * r);
-            if shank < r { (nose_length * nose_length - shank * shank) / (2.0 * (arc - shank)) } else { r }
-        }
-        Shape::Fragment { diameter, length, nose_flat, nose_angle, .. } => {
-            let turn = (0.5 * nose_angle).tan();
-            let nose = 0.5 * (diameter - nose_flat) * nose_angle.tan();
-            let room = 0.5 * (length - nose) * (1.0 + turn);
-            (0.5 * diameter).min(0.5 * length).min(0.5 * nose_flat / turn).min(room)
-        }
-        Shape::Sphere { .. } | Shape::Bar { .. } => 0.0,
-    };
-    let radius = match scope.number_if_given("edge_radius_mm")? {
-        Some(given) => given,
-        None if shape.is_pointed() => {
-            let how = "assumed: 0.5 mm, at most a tenth of diameter_mm and what the shape has room for";
-            scope.derive_as("edge_radius_mm", TIP_RADIUS.min(TIP_PART * shape.diameter()).min(largest), how, true)?
-        }
-        None => scope.derive_as("edge_radius_mm", 0.0, "sharp edges", false)?,
-    };
-    if radius > largest {
-        let expected = format!("at most {}, the largest that this shape has room for", millimetres(largest));
-        return Err(CaseError::at(scope.at("edge_radius_mm"), expected, millimetres(radius)));
-    }
-    Ok(radius)
+/// Shapes that have a length and edges.
+const LONG: [&str; 4] = ["cylinder", "cone", "ogive", "fragment"];
+/// Shapes that can turn.
+const TURNING: [&str; 5] = ["cylinder", "sphere", "cone", "ogive", "fragment"];
+
+/// Keys of a projectile; those of its shape are one value of [`Projectile`].
+#[derive(JsonSchema)]
+#[allow(dead_code, reason = "for their schema")]
+pub(super) struct ProjectileKeys {
+    /// Geometry of the rigid body.
+    shape: ShapeWord,
+    /// Diameter.
+    #[schemars(range(min = 1e-3, max = 1000.0))]
+    diameter_mm: f64,
+    /// Whole length.
+    #[schemars(range(min = 1e-3, max = 10_000.0), extend("only" = {"shape": LONG}))]
+    length_mm: Option<f64>,
+    /// Length of the nose, at most length_mm; of an ogive at least half of diameter_mm.
+    #[schemars(range(min = 1e-3, max = 10_000.0), extend(
+        "derived" = "a plain cone: length_mm; an ogive: assumed, 1.5 × diameter_mm, at most length_mm",
+        "only" = {"shape": ["cone", "ogive"]}
+    ))]
+    nose_length_mm: Option<f64>,
+    /// Width of the flat strip across the front, at most diameter_mm, between the slanted flats.
+    #[schemars(range(min = 1e-3, max = 1000.0), extend(
+        "derived" = "assumed: 0.46 × diameter_mm, about as chisel-nosed fragment simulators have it",
+        "only" = {"shape": ["fragment"]}
+    ))]
+    nose_flat_mm: Option<f64>,
+    /// Angle between the strip's plane and the slanted flats.
+    #[schemars(range(min = 5, max = 75))]
+    #[schemars(extend("default" = 35.0, "source" = CHISEL, "only" = {"shape": ["fragment"]}))]
+    nose_angle_deg: Option<f64>,
+    /// Turn of the strip about the body's axis, from warp towards weft.
+    #[schemars(range(min = -360, max = 360))]
+    #[schemars(extend("default" = 0.0, "source" = "strip along warp at normal incidence", "only" = {"shape": ["fragment"]}))]
+    roll_deg: Option<f64>,
+    /// Radius of the rounding of every edge.
+    #[schemars(range(min = 0, max = 500), extend(
+        "derived" = "0, sharp edges; a point (cone, ogive): assumed, 0.5 mm, at most a tenth of diameter_mm and what the shape has room for",
+        "only" = {"shape": LONG}
+    ))]
+    edge_radius_mm: Option<f64>,
+    /// The yarn direction a bar lies along.
+    #[schemars(extend("default" = "weft", "source" = "across the warp", "only" = {"shape": ["bar"]}))]
+    along: Option<Along>,
+    /// Mass.
+    #[schemars(range(min = 1e-9, max = 1e6), extend(
+        "default" = 1000.0, "source" = "not used: the velocity is prescribed", "where" = {"motion": "prescribed"}, "or" = "/density_kg_m3"
+    ))]
+    mass_g: Option<f64>,
+    /// Density of a solid body (steel 7850): gives the mass where mass_g is left out; where both are given, they are compared.
+    #[schemars(range(min = 1.0, max = 1e5), extend("without" = "", "only" = {"shape": TURNING}))]
+    density_kg_m3: Option<f64>,
+    /// Moment of inertia about the body's axis.
+    #[schemars(range(min = 1e-9, max = 1e12))]
+    #[schemars(extend("derived" = UNIFORM, "with" = "transverse_inertia_g_mm2", "only" = {"shape": TURNING}))]
+    axial_inertia_g_mm2: Option<f64>,
+    /// Moment of inertia across the axis, about the centre.
+    #[schemars(range(min = 1e-9, max = 1e12))]
+    #[schemars(extend("derived" = UNIFORM, "with" = "axial_inertia_g_mm2", "only" = {"shape": TURNING}))]
+    transverse_inertia_g_mm2: Option<f64>,
+    /// Speed along the line of flight.
+    #[schemars(range(max = 5000.0), extend("exclusiveMinimum" = 0.0))]
+    velocity_m_s: f64,
+    /// Point of aim from the pack's centre.
+    #[schemars(inner(range(min = -1e5, max = 1e5)), extend("default" = [0, 0], "source" = "centred"))]
+    offset_mm: [f64; 2],
+    /// Gap between nose and first ply at the start.
+    #[schemars(range(min = 0, max = 1000), extend("default" = 0.0, "source" = "flight through air is not computed"))]
+    standoff_mm: f64,
+    /// Angle of the line of flight to the pack's normal.
+    #[schemars(range(min = 0, max = 85), extend("default" = 0.0, "source" = "normal incidence"))]
+    obliquity_deg: f64,
+    /// Direction of the obliquity, from warp towards weft.
+    #[schemars(range(min = -360, max = 360), extend("default" = 0.0, "source" = "towards warp"))]
+    azimuth_deg: f64,
+    /// Angle of the body's axis to the line of flight.
+    #[schemars(range(min = -180, max = 180))]
+    #[schemars(extend("default" = 0.0, "source" = "axis along the line of flight", "only" = {"shape": TURNING}))]
+    yaw_deg: Option<f64>,
+    /// Initial rotation about X, Y, Z.
+    #[schemars(inner(range(min = -1e6, max = 1e6)))]
+    #[schemars(extend("default" = [0, 0, 0], "source" = "no rotation", "only" = {"shape": TURNING}))]
+    angular_velocity_rad_s: Option<[f64; 3]>,
+    /// Coulomb coefficient against fabric.
+    #[schemars(range(min = 0, max = 2))]
+    #[schemars(extend("default" = 0.2, "source" = "assumed: not published for this projectile and fabric"))]
+    friction: f64,
+    /// Free flight, or the velocity held.
+    #[schemars(extend("default" = "free", "source" = "a body in flight"))]
+    motion: Motion,
+    /// Whether the body may turn; a bar never does.
+    #[schemars(extend("default" = "free", "source" = "a body in flight", "where" = {"shape": TURNING}))]
+    rotation: Option<Rotation>,
 }
 
-fn inertia(scope: &ObjectReader<'_>) -> Result<Option<[f64; 2]>, CaseError> {
-    let axial = scope.number_if_given("axial_inertia_g_mm2")?;
-    let transverse = scope.number_if_given("transverse_inertia_g_mm2")?;
-    if axial.is_none() {
-        for name in ["axial_inertia_g_mm2", "transverse_inertia_g_mm2"] {
-            scope.derive_text(name, "of the body".to_owned(), "a uniform solid of this shape and mass");
+/// Pointer of a key of the projectile.
+pub(super) fn at(key: &str) -> String {
+    format!("/projectile/{key}")
+}
+
+impl Projectile {
+    /// Completes and checks the projectile.
+    pub(super) fn complete(&mut self, record: &Provenance) -> Result<(), CaseError> {
+        self.shape.complete(record)?;
+        self.complete_edge_radius(record)?;
+        if let Some(density) = self.density {
+            let (how, assumed) =
+                ("density_kg_m3 times the volume of the body", record.is_assumed(&at("density_kg_m3")));
+            record.fill(&at("mass_g"), &mut self.mass, density * self.shape.volume(), how, assumed);
         }
-    }
-    if let (Some(axial), Some(transverse)) = (axial, transverse)
-        && axial > 2.0 * transverse
-    {
         let g_mm2 = |inertia: f64| format!("{} g·mm²", short_number_text(inertia * 1e9));
-        let expected = format!("at most twice transverse_inertia_g_mm2, which is {}", g_mm2(2.0 * transverse));
-        let error = CaseError::at(scope.at("axial_inertia_g_mm2"), expected, g_mm2(axial));
-        return Err(error.help("no body has a moment of inertia above the sum of the other two"));
-    }
-    // The table refuses one without the other.
-    Ok(axial.zip(transverse).map(Into::into))
-}
-
-fn bar_rotation(scope: &ObjectReader<'_>) -> Result<Rotation, CaseError> {
-    if scope.given("rotation").is_none() {
-        scope.derive_text("rotation", "locked".to_owned(), "a bar never turns");
-        return Ok(Rotation::Locked);
-    }
-    match scope.word("rotation")? {
-        Rotation::Locked => Ok(Rotation::Locked),
-        Rotation::Free => {
-            let error = CaseError::at(scope.at("rotation"), "\"locked\" for a bar", "\"free\"");
-            Err(error.help("a bar never turns; leave \"rotation\" out"))
+        match self.inertia {
+            Some([axial, transverse]) if axial > 2.0 * transverse => {
+                let expected = format!("at most twice transverse_inertia_g_mm2, which is {}", g_mm2(2.0 * transverse));
+                let error = CaseError::at(at("axial_inertia_g_mm2"), expected, g_mm2(axial));
+                return Err(error.help("no body has a moment of inertia above the sum of the other two"));
+            }
+            None if !self.shape.is_bar() => {
+                for key in ["axial_inertia_g_mm2", "transverse_inertia_g_mm2"] {
+                    record.derive_text(&at(key), "of the body", "", false);
+                }
+            }
+            _ => {}
         }
+        if self.shape.is_bar() && self.rotation == Rotation::Free {
+            let error = CaseError::at(at("rotation"), "\"locked\" for a bar", "\"free\"");
+            return Err(error.help("a bar never turns; leave \"rotation\" out"));
+        }
+        if !record.has(&at("rotation")) {
+            record.derive_text(&at("rotation"), "locked", "a bar never turns", false);
+        }
+        Ok(())
+    }
+
+    fn complete_edge_radius(&mut self, record: &Provenance) -> Result<(), CaseError> {
+        if self.shape.length() == 0.0 {
+            return Ok(());
+        }
+        let largest = self.shape.largest_edge();
+        let (radius, how) = match self.shape.is_pointed() {
+            true => (
+                TIP_RADIUS.min(TIP_PART * self.shape.diameter()).min(largest),
+                "assumed: 0.5 mm, at most a tenth of diameter_mm and what the shape has room for",
+            ),
+            false => (0.0, "sharp edges"),
+        };
+        record.fill(&at("edge_radius_mm"), &mut self.edge_radius, radius, how, self.shape.is_pointed());
+        if self.edge_radius > largest {
+            let expected = format!("at most {}, the largest that this shape has room for", millimetres(largest));
+            return Err(CaseError::at(at("edge_radius_mm"), expected, millimetres(self.edge_radius)));
+        }
+        Ok(())
     }
 }

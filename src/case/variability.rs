@@ -1,79 +1,115 @@
-//! What varies from shot to shot, and the case of one shot.
+//! Variability from shot to shot, and the case of one shot.
 //!
 //! A case with `variability` and no `shot` is the nominal one: nothing varies, and nothing costs time. With a `shot` its values are drawn
 //! and put in the places of the nominal ones, as if somebody had written them there; only the strength of yarns, of which there is one for
-//! each element, is left to the model. Draws are a function of seed and shot, see [`counter_random`](crate::num::random).
+//! each element, is left to the model. Draws are a function of seed and shot, see [`random`](crate::num::random).
 
-use serde_json::{Map, Value, json};
+use schemars::JsonSchema;
+use serde::Deserialize;
+use serde_json::{Value, json};
 
-use super::error::CaseError;
-use super::scope::ObjectReader;
-use super::value::short_number_text;
-use super::{Case, Fabric, Projectile, Shape};
+use super::error::short_number_text;
+use super::keys::choices;
+use super::{Case, CaseError, Fabric, Projectile};
 use crate::num::link::Link;
 use crate::num::random::DrawKey;
 
-/// What varies from shot to shot.
-#[derive(Clone, Debug, PartialEq)]
+/// Variability from shot to shot.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 pub struct Variability {
-    /// What all draws come from.
+    /// Number that all draws come from.
+    #[schemars(range(min = 0, max = u32::MAX), extend("default" = 1, "source" = "one sequence of shots"))]
     pub seed: u32,
-    /// The shot that the case is; `None`: the nominal one.
+    /// The shot whose draws this case has, counted from 0.
+    #[schemars(range(min = 0, max = u32::MAX), extend("without" = "the nominal case: nothing varies"))]
     pub shot: Option<u32>,
-    /// Where the projectile hits.
+    /// Where the projectile hits: the point of aim, or anywhere in the unit cell around it, evenly.
+    #[schemars(extend("default" = "aimed", "source" = "the point of aim"))]
     pub hit: HitPlace,
-    /// Impact velocity [m/s].
+    /// Impact velocity about the nominal one [m/s].
+    #[schemars(with = "Option<VelocityKeys>", extend("without" = CONSTANT))]
     pub velocity: Option<Scattered>,
-    /// Obliquity [rad].
+    /// Angle of the line of flight about the nominal one; at normal incidence in any direction [rad].
+    #[schemars(with = "Option<AngleKeys>", extend("without" = CONSTANT))]
     pub obliquity: Option<Scattered>,
-    /// Yaw [rad].
+    /// Yaw about the nominal one, in the plane of the azimuth; at normal incidence in any direction [rad].
+    #[schemars(with = "Option<AngleKeys>", extend("without" = CONSTANT))]
     pub yaw: Option<Scattered>,
-    /// Modulus of warp and weft, one draw each, over the nominal one [-].
+    /// Axial modulus of the fibre: one draw for warp, one for weft of a fabric.
+    #[schemars(extend("without" = CONSTANT))]
     pub modulus: Option<Scattered>,
-    /// Crimp of warp and weft, one draw each, over the nominal one [-].
+    /// Crimp: one draw for warp, one for weft of a fabric; an areal density that is given stays.
+    #[schemars(extend("without" = CONSTANT))]
     pub crimp: Option<Scattered>,
-    /// Strength along the yarns.
+    /// Strength of yarns along their length and between them, after Weibull.
+    #[schemars(extend("without" = CONSTANT))]
     pub yarn_strength: Option<YarnStrength>,
 }
 
 /// Scatter about a nominal value.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[non_exhaustive]
 pub struct Scattered {
-    /// Its distribution.
+    /// Distribution about the nominal value.
+    #[schemars(extend("default" = "normal", "source" = MANY_CAUSES))]
     pub distribution: Distribution,
-    /// Standard deviation of a normal distribution, half the width of a uniform one.
+    /// Standard deviation of a normal distribution, half the width of a uniform one, over the nominal value.
+    #[schemars(range(max = 0.5), extend("exclusiveMinimum" = 0))]
     pub scatter: f64,
 }
 
-/// A distribution about a nominal value.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Distribution {
-    /// Normal.
-    Normal,
-    /// Uniform.
-    Uniform,
+#[derive(JsonSchema)]
+#[allow(dead_code, reason = "for their schema")]
+struct VelocityKeys {
+    /// Distribution about the nominal value.
+    #[schemars(extend("default" = "normal", "source" = MANY_CAUSES))]
+    distribution: Distribution,
+    /// Standard deviation of a normal distribution, half the width of a uniform one.
+    #[schemars(range(max = 1000), extend("exclusiveMinimum" = 0))]
+    scatter_m_s: f64,
 }
 
-/// Where the projectile of a shot hits.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum HitPlace {
-    /// The point of aim.
-    Aimed,
-    /// Anywhere in the unit cell around it.
-    UnitCell,
+#[derive(JsonSchema)]
+#[allow(dead_code, reason = "for their schema")]
+struct AngleKeys {
+    /// Distribution about the nominal value.
+    #[schemars(extend("default" = "normal", "source" = MANY_CAUSES))]
+    distribution: Distribution,
+    /// Standard deviation of a normal distribution, half the width of a uniform one.
+    #[schemars(range(max = 45), extend("exclusiveMinimum" = 0))]
+    scatter_deg: f64,
+}
+
+choices! {
+    /// A distribution about a nominal value.
+    #[non_exhaustive]
+    pub enum Distribution {
+        /// Normal.
+        Normal = "normal",
+        /// Uniform.
+        Uniform = "uniform",
+    }
+    /// Where the projectile of a shot hits.
+    #[non_exhaustive]
+    pub enum HitPlace {
+        /// The point of aim.
+        Aimed = "aimed",
+        /// Anywhere in the unit cell around it.
+        UnitCell = "unit_cell",
+    }
 }
 
 /// Strength of yarns: Weibull's distribution along them, and another one between them.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 pub struct YarnStrength {
-    /// Shape m along a yarn [-].
+    /// Weibull's shape m along a yarn; large: even.
+    #[schemars(range(min = 1, max = 1000), extend("help" = "Kevlar 49 yarn has 8 to 22, by gauge length"))]
     pub shape: f64,
-    /// Length of the yarns whose mean failure strain the fabric's is [m].
+    /// Length of the yarns whose mean failure strain is the fabric's failure_strain; a shorter piece is stronger [m].
+    #[schemars(rename = "gauge_length_mm", range(min = 0.01, max = 1e5))]
     pub gauge_length: f64,
-    /// Shape of the distribution of yarns, its mean 1 [-]; `None`: they do not differ but along their length.
+    /// Weibull's shape of the distribution of whole yarns about mean 1.
+    #[schemars(range(min = 1, max = 1000), extend("without" = "yarns do not differ but along their length"))]
     pub yarn_shape: Option<f64>,
 }
 
@@ -87,7 +123,7 @@ pub struct Drawn {
     pub value: f64,
 }
 
-/// What the draws of a whole shot are for: the `yarn` of their key.
+/// Purposes of the draws of a whole shot: the `yarn` of their key.
 mod stream {
     pub(super) const HIT: u32 = 0;
     pub(super) const VELOCITY: u32 = 1;
@@ -97,43 +133,15 @@ mod stream {
     pub(super) const CRIMP: u32 = 5;
 }
 
-/// Degrees in a radian.
-const DEGREES: f64 = 180.0 / std::f64::consts::PI;
-
 /// Stream of the velocity that `ripstop shots --velocity A..B` draws.
 pub(crate) const RANGE_STREAM: u32 = 6;
 
-/// Reads the section. What flies must be there for its scatter to mean anything.
-pub(super) fn read(scope: &ObjectReader<'_>, projectile: Option<&Projectile>) -> Result<Variability, CaseError> {
-    let seed = scope.whole("seed")?;
-    let shot = if scope.given("shot").is_some() { Some(scope.whole("shot")?) } else { None };
-    let hit: HitPlace = scope.word("hit")?;
-    let scattered = |name: &str, key: &str| -> Result<Option<Scattered>, CaseError> {
-        let Some(keys) = scope.object_if_given(name)? else { return Ok(None) };
-        Ok(Some(Scattered { distribution: keys.word("distribution")?, scatter: keys.number(key)? }))
-    };
-    let velocity = scattered("velocity", "scatter_m_s")?;
-    let obliquity = scattered("obliquity", "scatter_deg")?;
-    let yaw = scattered("yaw", "scatter_deg")?;
-    let flying =
-        [("hit", hit == HitPlace::UnitCell), ("velocity", velocity.is_some()), ("obliquity", obliquity.is_some())];
-    for (name, varies) in flying.into_iter().chain([("yaw", yaw.is_some())]) {
-        if varies && projectile.is_none() {
-            return Err(CaseError::at(scope.at(name), "a projectile, whose flight varies", "none in the case"));
-        }
-    }
-    if yaw.is_some() && projectile.is_some_and(|projectile| matches!(projectile.shape, Shape::Bar { .. })) {
-        return Err(CaseError::at(scope.at("yaw"), "a projectile that can yaw", "a bar, which lies along the pack"));
-    }
-    let modulus = scattered("modulus", "scatter")?;
-    let crimp = scattered("crimp", "scatter")?;
-    let strength = |keys: ObjectReader<'_>| -> Result<YarnStrength, CaseError> {
-        let (shape, gauge_length) = (keys.number("shape")?, keys.number("gauge_length_mm")?);
-        Ok(YarnStrength { shape, gauge_length, yarn_shape: keys.number_if_given("yarn_shape")? })
-    };
-    let yarn_strength = scope.object_if_given("yarn_strength")?.map(strength).transpose()?;
-    Ok(Variability { seed, shot, hit, velocity, obliquity, yaw, modulus, crimp, yarn_strength })
-}
+/// Degrees in a radian.
+const DEGREES: f64 = 180.0 / std::f64::consts::PI;
+/// Meaning of a quantity that is left out.
+const CONSTANT: &str = "it does not vary";
+/// Source of the default distribution.
+const MANY_CAUSES: &str = "assumed: many small causes";
 
 impl Scattered {
     /// Deviation from the nominal value for a number that is uniform between 0 and 1; in the unit of the scatter.
@@ -144,7 +152,7 @@ impl Scattered {
         }
     }
 
-    /// In words, for the source of a drawn value; `per_si`: the unit's size.
+    /// Words for the source of a drawn value; `per_si`: the unit's size.
     fn words(&self, unit: &str, per_si: f64) -> String {
         let scatter = short_number_text(self.scatter * per_si);
         match self.distribution {
@@ -155,6 +163,26 @@ impl Scattered {
 }
 
 impl Variability {
+    /// Refuses scatter of a flight without the body that flies.
+    pub(super) fn check(&self, projectile: Option<&Projectile>) -> Result<(), CaseError> {
+        let in_flight = [
+            ("hit", self.hit == HitPlace::UnitCell),
+            ("velocity", self.velocity.is_some()),
+            ("obliquity", self.obliquity.is_some()),
+            ("yaw", self.yaw.is_some()),
+        ];
+        let refused = |name: &str, expected: &str, found: &str| {
+            Err(CaseError::at(format!("/variability/{name}"), expected, found))
+        };
+        match (in_flight.iter().find(|(_, varies)| *varies), projectile) {
+            (Some((name, _)), None) => refused(name, "a projectile, whose flight varies", "none in the case"),
+            (_, Some(projectile)) if self.yaw.is_some() && projectile.shape.is_bar() => {
+                refused("yaw", "a projectile that can yaw", "a bar, which lies along the pack")
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// Whether anything differs between two shots.
     pub fn varies(&self) -> bool {
         self.hit == HitPlace::UnitCell
@@ -197,16 +225,14 @@ pub(super) fn realised(case: &Case, document: &Value) -> Option<(Value, Vec<Draw
 impl Realisation<'_> {
     /// Puts a value in its key's unit in its place, with its source. `above`: where the distribution is described.
     fn put(&mut self, pointer: &str, value: Value, above: &str, words: &str) {
-        let assumed = self.case.fields.iter().any(|field| field.assumed && field.pointer.starts_with(above));
+        let above = format!("/variability/{above}");
+        let assumed = self.case.fields.iter().any(|field| field.assumed && field.pointer.starts_with(&above));
         let Some((object, name)) = pointer.rsplit_once('/') else { return };
-        if let Some(Value::Object(map)) = self.document.pointer_mut(object) {
-            map.insert(name.to_owned(), value);
+        if let Some(object) = self.document.pointer_mut(object) {
+            object[name] = value;
         }
-        let Some(document) = self.document.as_object_mut() else { return };
-        if let Value::Object(sources) = document.entry("sources").or_insert_with(|| Value::Object(Map::new())) {
-            let word = if assumed { "assumed: " } else { "" };
-            sources.insert(pointer.to_owned(), Value::from(format!("{word}drawn, {words}")));
-        }
+        let word = if assumed { "assumed: " } else { "" };
+        self.document["sources"][pointer] = json!(format!("{word}drawn, {words}"));
     }
 
     fn note(&mut self, column: impl Into<String>, value: f64) {
@@ -223,7 +249,7 @@ impl Realisation<'_> {
         let cell = [2.0 * fabric.warp.half_span(), 2.0 * fabric.weft.half_span()];
         let [x, y] = [projectile.offset[0] + (u - 0.5) * cell[0], projectile.offset[1] + (v - 0.5) * cell[1]];
         let [x, y] = [x * 1e3, y * 1e3];
-        self.put("/projectile/offset_mm", json!([x, y]), "/variability/hit", "uniform over the unit cell");
+        self.put("/projectile/offset_mm", json!([x, y]), "hit", "uniform over the unit cell");
         self.note("offset_x_mm", x);
         self.note("offset_y_mm", y);
     }
@@ -233,22 +259,18 @@ impl Realisation<'_> {
         if let Some(scattered) = &variability.velocity {
             let [u, ..] = variability.key(stream::VELOCITY, 0).uniform();
             let velocity = projectile.velocity + scattered.deviation(u);
-            self.put(
-                "/projectile/velocity_m_s",
-                json!(velocity),
-                "/variability/velocity",
-                &scattered.words(" m/s", 1.0),
-            );
             // Its column is that of the impact velocity.
+            self.put("/projectile/velocity_m_s", json!(velocity), "velocity", &scattered.words(" m/s", 1.0));
         }
         let [u, direction, ..] = variability.key(stream::OBLIQUITY, 0).uniform();
         let mut azimuth = projectile.azimuth.to_degrees();
         let deviates = variability.obliquity.is_some() || variability.yaw.is_some();
-        if deviates && projectile.obliquity == 0.0 {
+        let azimuth_at = "/projectile/azimuth_deg";
+        let any_direction = deviates && projectile.obliquity == 0.0;
+        if any_direction {
             azimuth = 360.0 * direction;
-            let above = if variability.obliquity.is_some() { "/variability/obliquity" } else { "/variability/yaw" };
-            self.put("/projectile/azimuth_deg", json!(azimuth), above, "uniform over all directions");
-            self.note("azimuth_deg", azimuth);
+            let above = if variability.obliquity.is_some() { "obliquity" } else { "yaw" };
+            self.put(azimuth_at, json!(azimuth), above, "uniform over all directions");
         }
         if let Some(scattered) = &variability.obliquity {
             let mut obliquity = (projectile.obliquity + scattered.deviation(u)).to_degrees();
@@ -257,39 +279,31 @@ impl Realisation<'_> {
                 obliquity = -obliquity;
                 azimuth = if azimuth > 0.0 { azimuth - 180.0 } else { azimuth + 180.0 };
                 let words = "turned by 180°: the obliquity drawn was negative";
-                self.put("/projectile/azimuth_deg", json!(azimuth), "/variability/obliquity", words);
-                self.drawn.retain(|drawn| drawn.column != "azimuth_deg");
-                self.note("azimuth_deg", azimuth);
-            } else if projectile.obliquity != 0.0 {
-                self.note("azimuth_deg", azimuth);
+                self.put(azimuth_at, json!(azimuth), "obliquity", words);
             }
-            self.put(
-                "/projectile/obliquity_deg",
-                json!(obliquity),
-                "/variability/obliquity",
-                &scattered.words("°", DEGREES),
-            );
+            self.note("azimuth_deg", azimuth);
+            self.put("/projectile/obliquity_deg", json!(obliquity), "obliquity", &scattered.words("°", DEGREES));
             self.note("obliquity_deg", obliquity);
+        } else if any_direction {
+            self.note("azimuth_deg", azimuth);
         }
         if let Some(scattered) = &variability.yaw {
             let [u, ..] = variability.key(stream::YAW, 0).uniform();
             let yaw = (projectile.yaw + scattered.deviation(u)).to_degrees();
-            self.put("/projectile/yaw_deg", json!(yaw), "/variability/yaw", &scattered.words("°", DEGREES));
+            self.put("/projectile/yaw_deg", json!(yaw), "yaw", &scattered.words("°", DEGREES));
             self.note("yaw_deg", yaw);
         }
     }
 
-    /// Modulus and crimp of both yarns of every fabric: one draw for a shot.
+    /// Modulus and crimp of both yarns of every fabric: one draw for a shot. A layer without a fabric of its own has the case's.
     fn fabrics(&mut self, variability: &Variability) {
-        let layers = self.case.pack.layup.iter().enumerate();
-        let mut places = vec![("/fabric".to_owned(), String::new(), self.case.fabric.clone())];
-        places.extend(
-            layers.map(|(n, layer)| (format!("/pack/layup/{n}/fabric"), format!("layup_{n}_"), layer.fabric.clone())),
-        );
-        for (number, (place, prefix, fabric)) in (0_u32..).zip(places) {
-            // A layer without a fabric of its own has the case's.
+        let case = self.case;
+        let layers = case.pack.layup.iter().enumerate();
+        let layers = layers.map(|(n, layer)| (format!("/pack/layup/{n}/fabric"), format!("layup_{n}_"), &layer.fabric));
+        let all = std::iter::once(("/fabric".to_owned(), String::new(), &case.fabric)).chain(layers);
+        for (number, (place, prefix, fabric)) in (0_u32..).zip(all) {
             if self.document.pointer(&place).is_some() {
-                self.fabric(variability, number, &place, &prefix, &fabric);
+                self.fabric(variability, number, &place, &prefix, fabric);
             }
         }
     }
@@ -307,7 +321,7 @@ impl Realisation<'_> {
                 let nominal = if section == "crimp" { constants.crimp } else { constants.modulus * unit };
                 let value = nominal * (1.0 + scattered.deviation(u));
                 let words = scattered.words(" of the nominal value", 1.0);
-                self.put(&format!("{place}/{yarn}/{name}"), json!(value), &format!("/variability/{section}"), &words);
+                self.put(&format!("{place}/{yarn}/{name}"), json!(value), section, &words);
                 self.note(format!("{prefix}{yarn}_{name}"), value);
             }
         }

@@ -7,6 +7,7 @@ use clap_complete::Shell;
 use ripstop::case::{self, Case};
 use ripstop::gpu;
 use ripstop::model::Model;
+use ripstop::num::simd::Vectors;
 use ripstop::output::checks::case_warnings;
 use ripstop::output::number::{bytes, grouped, us};
 use ripstop::output::symmetry;
@@ -94,19 +95,15 @@ fn the_run(case: &Case, simulation: &Simulation<f64>) -> TextTable {
     let numbers = (state.nodes.data.len() + state.elements.data.len()) * size_of::<f64>();
     let memory = numbers as f64 + rows * size_of::<Sample>() as f64;
     let elements = model.whole_elements() as u64;
-    let mut table = TextTable::plain(&[Align::Left, Align::Left]);
-    for (name, value) in [
-        ("critical time step", format!("{}, set by: {}", us(model.bound.critical_step), model.bound.set_by)),
-        ("time step", us(model.dt)),
-        ("steps", format!("{} at most", grouped(steps))),
-        ("elements", grouped(elements)),
-        ("element-steps", format!("{} at most", grouped(elements.saturating_mul(steps)))),
-        ("symmetry", symmetry(model.planes)),
-        ("memory", format!("{} of state and history", bytes(memory))),
-    ] {
-        table.row([format!("  {name}"), value]);
-    }
-    table
+    TextTable::pairs([
+        ("  critical time step", format!("{}, set by: {}", us(model.bound.critical_step), model.bound.set_by)),
+        ("  time step", us(model.dt)),
+        ("  steps", format!("{} at most", grouped(steps))),
+        ("  elements", grouped(elements)),
+        ("  element-steps", format!("{} at most", grouped(elements.saturating_mul(steps)))),
+        ("  symmetry", symmetry(model.planes)),
+        ("  memory", format!("{} of state and history", bytes(memory))),
+    ])
 }
 
 /// Prints what this machine offers.
@@ -160,31 +157,11 @@ fn machine(table: &mut TextTable) {
     }
     let threads = std::thread::available_parallelism().map_or_else(|error| error.to_string(), |n| n.to_string());
     table.row(["threads", threads.as_str()]);
-    table.row(["SIMD", simd().as_str()]);
+    table.row(["SIMD", Vectors::widest().name()]);
     if system.total_memory() > 0 {
         let [total, free] = [system.total_memory(), system.available_memory()].map(|count| bytes(count as f64));
         table.row(["memory", format!("{total}, {free} available").as_str()]);
     }
-}
-
-/// Instruction sets of this processor that matter for the kernels.
-#[cfg(target_arch = "x86_64")]
-fn simd() -> String {
-    let found = [
-        ("sse4.2", is_x86_feature_detected!("sse4.2")),
-        ("avx", is_x86_feature_detected!("avx")),
-        ("avx2", is_x86_feature_detected!("avx2")),
-        ("fma", is_x86_feature_detected!("fma")),
-        ("avx512f", is_x86_feature_detected!("avx512f")),
-    ];
-    let names: Vec<&str> = found.into_iter().filter(|(_, there)| *there).map(|(name, _)| name).collect();
-    if names.is_empty() { "none used".to_owned() } else { names.join(", ") }
-}
-
-/// Instruction sets of this processor that matter for the kernels.
-#[cfg(not(target_arch = "x86_64"))]
-fn simd() -> String {
-    std::env::consts::ARCH.to_owned()
 }
 
 /// Prints the JSON Schema of the case file, or its keys as tables.

@@ -11,7 +11,7 @@ use ripstop::case::{Case, CaseError};
 use ripstop::num::link::Link;
 use ripstop::output::Folder;
 use ripstop::output::number::{bytes, duration, short};
-use ripstop::run::graphics::DeviceUse;
+use ripstop::run::batch::DeviceUse;
 use ripstop::study::StudyError;
 use ripstop::study::batch::{BatchError, BatchOptions, BatchProgress, order_case};
 use ripstop::study::fit::{self, Fit, FitRequest};
@@ -29,8 +29,8 @@ use super::campaign_arguments::{
 };
 use super::failure::CommandFailure;
 use super::input::Source;
-use super::result::{files, part, remarks};
-use super::run::{Print, RunArguments, shoot};
+use super::result::{files, notes, part};
+use super::run::{RunArguments, shoot};
 use super::terminal::{self, Align, Bar, TextTable};
 
 /// Half the width of the interval over V50 at which thresholds end, and realisations at most, where nothing is asked for.
@@ -44,7 +44,7 @@ const FIT_FILES: [&str; 3] = ["fit.json", "fit.svg", "fit.html"];
 const MAX_ROWS: usize = 60;
 const MAX_LETTERS: usize = 40;
 
-/// Computes shots of a case, or one of them alone.
+/// `ripstop shots`: shots of a case, or one of them alone.
 pub(crate) fn shots(arguments: &ShotsArguments) -> Result<(), CommandFailure> {
     let study = Study::new(&arguments.batch, "shots", shots::FILES)?;
     let request = ShotsRequest {
@@ -72,7 +72,7 @@ pub(crate) fn shots(arguments: &ShotsArguments) -> Result<(), CommandFailure> {
     })
 }
 
-/// Finds the V50 of a case.
+/// `ripstop v50`: the V50 of a case.
 pub(crate) fn v50(arguments: &V50Arguments) -> Result<(), CommandFailure> {
     let study = Study::new(&arguments.batch, "v50", v50::FILES)?;
     let case = &study.case;
@@ -84,7 +84,7 @@ pub(crate) fn v50(arguments: &V50Arguments) -> Result<(), CommandFailure> {
     })
 }
 
-/// Computes shots or a V50 at every point of a grid.
+/// `ripstop sweep`: shots or a V50 at every point of a grid.
 pub(crate) fn sweep(arguments: &SweepArguments) -> Result<(), CommandFailure> {
     let study = Study::new(&arguments.batch, "sweep", sweep::FILES)?;
     let factors = arguments.over.iter().map(|text| Factor::parse(text)).collect::<Result<Vec<_>, StudyError>>()?;
@@ -113,7 +113,7 @@ pub(crate) fn sweep(arguments: &SweepArguments) -> Result<(), CommandFailure> {
     })
 }
 
-/// Fits a limit to a table of shots.
+/// `ripstop fit`: a limit from a table of shots.
 pub(crate) fn fit(arguments: &FitArguments) -> Result<(), CommandFailure> {
     let rows = fit::read(&arguments.data)?;
     let request = FitRequest { link: arguments.link, level: arguments.print.level };
@@ -132,9 +132,9 @@ pub(crate) fn fit(arguments: &FitArguments) -> Result<(), CommandFailure> {
         Ok(folder)
     };
     let written = arguments.out.as_deref().map(write).transpose()?;
-    let print = Print::of(arguments.print.json, arguments.print.quiet);
+    let print = &arguments.print;
     let folder = written.as_ref().map_or_else(String::new, |folder| files(folder.path(), &FIT_FILES));
-    print.show(|| found.json(), || text(&report) + &folder)
+    terminal::show(print.json, print.quiet, || found.json(), || text(&report) + &folder)
 }
 
 impl From<StudyError> for CommandFailure {
@@ -226,7 +226,7 @@ impl<'a> Study<'a> {
         self.arguments.out.clone().unwrap_or_else(usual)
     }
 
-    /// Computes, shows progress in so many `units`, and prints JSON or report.
+    /// Computes, shows progress counted in `units`, and prints JSON or report.
     fn compute(
         &self,
         units: &str,
@@ -258,8 +258,8 @@ impl<'a> Study<'a> {
         let (json, report, device) = done.map_err(|error| failure(error, &out))?;
         let names = self.files.iter().copied().chain(["points/"]).filter(|name| out.join(name).exists());
         let names: Vec<&str> = names.collect();
-        let print = Print::of(arguments.print.json, arguments.print.quiet);
-        print.show(|| json, || text(&report) + &device_text(device) + &files(&out, &names))
+        let printed = || text(&report) + &device_text(device) + &files(&out, &names);
+        terminal::show(arguments.print.json, arguments.print.quiet, || json, printed)
     }
 }
 
@@ -316,7 +316,7 @@ fn text(report: &Report) -> String {
         let heading = if n == 0 { format!("\n{}", terminal::heading(&line[..at])) } else { String::new() };
         out += &format!("{heading}{}\n", &line[at..]);
     }
-    out += &remarks("look", &report.notes);
+    out += &notes("look", &report.notes);
     out.extend(report.tables.iter().map(table));
     out
 }

@@ -18,7 +18,7 @@ use crate::model::ply_type::PlyType;
 use crate::num::random::{DrawKey, Weibull};
 use crate::physics::unit_cell_parameters::{NEVER, UnitCellParameters};
 
-/// What lies in a piece by half does not break with it. Share of half the failure length that rounding does not reach [-].
+/// Elements that lie in a piece by half do not break with it. Share of half the failure length that rounding does not reach [-].
 const HALF_WITHIN: f64 = 1e-4;
 
 /// Elements within a length around the middle of one, or side by side in a yarn.
@@ -42,7 +42,7 @@ impl Window {
 pub struct Windows {
     /// Along the yarn, by column for warp, by row for weft.
     pub along: Vec<Window>,
-    /// Of those along the yarn the elements that break with the one in the middle: they lie in the piece by more than half.
+    /// Elements along the yarn that break with the one in the middle: they lie in the piece by more than half.
     pub breaking: Vec<Range<usize>>,
     /// Across the yarn, by row for warp, by column for weft: the whole yarn, the same for each of its elements.
     pub across: Vec<Window>,
@@ -152,7 +152,7 @@ impl Strength {
         Some(Self { factors, columns, least })
     }
 
-    /// The same for all elements but the warp of one.
+    /// Strength of one for all elements but the warp of one.
     #[cfg(test)]
     pub(crate) fn of_one(rows: usize, columns: usize, [row, column]: [usize; 2], factor: f64) -> Self {
         let mut strength = Self { factors: vec![1.0; rows * 2 * columns], columns, least: vec![[1.0; 2]; rows] };
@@ -161,13 +161,13 @@ impl Strength {
         strength
     }
 
-    /// Of a yarn (0 warp, 1 weft) of an element.
+    /// Strength factor of a yarn (0 warp, 1 weft) of an element [-].
     #[inline]
     pub fn factor(&self, row: usize, yarn: usize, column: usize) -> f64 {
         self.factors[(2 * row + yarn) * self.columns + column]
     }
 
-    /// Of the weakest element of a row.
+    /// Strength factor of the weakest element of a row [-].
     #[inline]
     pub fn least(&self, row: usize, yarn: usize) -> f64 {
         self.least[row][yarn]
@@ -187,10 +187,10 @@ struct PieceOfYarn {
     length: f64,
 }
 
-/// How the yarns of a ply type lie in its mesh.
+/// Layout of the yarns of a ply type in its mesh.
 struct YarnLayout<'a> {
     mesh: &'a Mesh,
-    /// Of the yarns of warp and of weft, in lengths of the finest element.
+    /// Breadth of the yarns of warp and of weft, in lengths of the finest element.
     breadth: [f64; 2],
     /// Crimp of warp and weft [-].
     crimp: [f64; 2],

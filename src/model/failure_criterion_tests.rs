@@ -10,7 +10,7 @@ fn ply_type(part: bool, sets: &[&str]) -> PlyType<f64> {
     model.unwrap_or_else(|error| unreachable!("{error}")).ply_types.swap_remove(0)
 }
 
-/// Its windows.
+/// Windows of a ply type.
 fn windows(part: bool, sets: &[&str]) -> [Windows; 2] {
     ply_type(part, sets).windows
 }

@@ -1,4 +1,4 @@
-//! Which terms of the model a scene has. A backend leaves the others out.
+//! Features of a scene: terms of the model that it has. A backend leaves the others out.
 
 use crate::case::Law;
 use crate::model::Model;
@@ -6,8 +6,8 @@ use crate::model::ply_type::PlyType;
 use crate::physics::arc_length::MAX_TERMS;
 use crate::physics::unit_cell_parameters::NEVER;
 
-/// Terms of the model that a scene has.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Features of a scene.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Features {
     /// Unit-cell law.
@@ -34,36 +34,41 @@ pub struct Features {
     pub strength: bool,
     /// There is a projectile.
     pub projectile: bool,
-    /// It rubs.
+    /// Friction acts on the projectile.
     pub friction: bool,
     /// The rim of its face is sampled too.
     pub edges: bool,
-    /// It may turn.
+    /// Rotation of the projectile is free.
     pub rotation: bool,
     /// There are plies that may touch each other.
     pub plies: bool,
-    /// They rub.
+    /// Friction acts between plies.
     pub ply_friction: bool,
     /// Elements of a ply differ in size.
     pub graded: bool,
 }
 
 impl Features {
-    /// The terms of one ply type of a model.
+    /// Features of one ply type of a model.
     pub fn new<S>(model: &Model<S>, ply_type: &PlyType<S>) -> Self {
-        let yarns = &ply_type.cell.yarn;
-        let projectile = model.projectile.as_ref();
+        Self::of_all(model, std::slice::from_ref(ply_type))
+    }
+
+    /// Features that any of these ply types has; law, pivot and series are those of the first.
+    pub(super) fn of_all<S>(model: &Model<S>, ply_types: &[PlyType<S>]) -> Self {
+        let any = |has: &dyn Fn(&PlyType<S>) -> bool| ply_types.iter().any(has);
+        let (first, projectile) = (&ply_types[0], model.projectile.as_ref());
         Self {
-            law: ply_type.law,
-            pivot: ply_type.cell.pivot,
-            series: yarns.iter().map(|y| y.terms).max().unwrap_or(MAX_TERMS),
-            compression: ply_type.cell.compression[0] > 0.0,
-            shear: ply_type.has_shear,
-            hourglass: ply_type.element.hourglass.iter().any(|k| *k > 0.0),
-            mean_stretch: ply_type.element.mode_share > 0.0,
-            failure: (0..2).any(|i| ply_type.present[i] && yarns[i].failure_strain < NEVER),
-            law_energy: ply_type.law_energy.is_some(),
-            viscous: ply_type.viscous,
+            law: first.law,
+            pivot: first.cell.pivot,
+            series: first.cell.yarn.iter().map(|yarn| yarn.terms).max().unwrap_or(MAX_TERMS),
+            compression: any(&|t| t.cell.compression[0] > 0.0),
+            shear: any(&|t| t.has_shear),
+            hourglass: any(&|t| t.element.hourglass.iter().any(|k| *k > 0.0)),
+            mean_stretch: any(&|t| t.element.mode_share > 0.0),
+            failure: any(&|t| (0..2).any(|i| t.present[i] && t.cell.yarn[i].failure_strain < NEVER)),
+            law_energy: any(&|t| t.law_energy.is_some()),
+            viscous: any(&|t| t.viscous),
             strength: model.strength.is_some(),
             projectile: projectile.is_some(),
             friction: projectile.is_some() && model.friction > 0.0,
@@ -71,27 +76,11 @@ impl Features {
             rotation: projectile.is_some_and(|p| !p.locked),
             plies: model.plies.len() > 1,
             ply_friction: model.plies.len() > 1 && model.ply_friction > 0.0,
-            graded: ply_type.mesh.is_graded(),
+            graded: any(&|t| t.mesh.is_graded()),
         }
     }
 
-    /// What any ply type of a pack has; law, pivot and series are those of the struck ply.
-    pub(super) fn of_pack<S>(model: &Model<S>) -> Self {
-        let first = Self::new(model, &model.ply_types[0]);
-        model.ply_types[1..].iter().map(|ply_type| Self::new(model, ply_type)).fold(first, |all, ply_type| Self {
-            compression: all.compression | ply_type.compression,
-            shear: all.shear | ply_type.shear,
-            hourglass: all.hourglass | ply_type.hourglass,
-            mean_stretch: all.mean_stretch | ply_type.mean_stretch,
-            failure: all.failure | ply_type.failure,
-            law_energy: all.law_energy | ply_type.law_energy,
-            viscous: all.viscous | ply_type.viscous,
-            graded: all.graded | ply_type.graded,
-            ..all
-        })
-    }
-
-    /// Name and value of each term, as in `summary.json`.
+    /// Name and value of each feature, as in `summary.json`.
     pub fn list(&self) -> [(&'static str, String); 10] {
         let law = match self.law {
             Law::Published => "published, tension",

@@ -1,56 +1,47 @@
-//! Lines of nodes of a ply along one of its axes: evenly spaced, or graded.
+//! Grid lines of a ply along one of its axes: evenly spaced, or graded.
 
 use std::ops::Range;
 
 /// Difference of places that rounding makes [-].
 pub(super) const SAME: f64 = 1e-9;
 
-/// Where lines of nodes cross an axis of a ply, counted in finest elements from the first line.
+/// Where lines of nodes cross an axis of a ply.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Lines {
-    /// Line k is at k; so many elements.
-    Even(usize),
-    /// Line k is at the k-th place.
-    Graded(Vec<f64>),
+pub(super) struct Lines {
+    /// Place of each line, counted in finest elements from the first line; at least two.
+    places: Vec<f64>,
+    /// Whether elements may differ in length.
+    graded: bool,
 }
 
 impl Lines {
     pub(super) fn even(elements: usize) -> Self {
-        Self::Even(elements)
+        Self { places: (0..=elements).map(|line| line as f64).collect(), graded: false }
     }
 
-    /// Lines at these places, of which there are at least two.
+    /// Lines at these places.
     pub(super) fn graded(places: Vec<f64>) -> Self {
-        Self::Graded(places)
+        Self { places, graded: true }
     }
 
     pub(super) fn is_graded(&self) -> bool {
-        matches!(self, Self::Graded(_))
+        self.graded
     }
 
     pub(super) fn elements(&self) -> usize {
-        match self {
-            Self::Even(elements) => *elements,
-            Self::Graded(places) => places.len() - 1,
-        }
+        self.places.len() - 1
     }
 
     /// Place of a line.
     #[inline]
     pub(super) fn at(&self, line: usize) -> f64 {
-        match self {
-            Self::Even(_) => line as f64,
-            Self::Graded(places) => places[line],
-        }
+        self.places[line]
     }
 
     /// Length of the element after a line.
     #[inline]
     pub(super) fn width(&self, element: usize) -> f64 {
-        match self {
-            Self::Even(_) => 1.0,
-            Self::Graded(places) => places[element + 1] - places[element],
-        }
+        self.places[element + 1] - self.places[element]
     }
 
     pub(super) fn widest(&self) -> f64 {
@@ -73,54 +64,27 @@ impl Lines {
 
     /// The element that a place lies in, or the nearest.
     pub(super) fn element_at(&self, place: f64) -> usize {
-        let at = match self {
-            Self::Even(_) => place.max(0.0) as usize,
-            Self::Graded(places) => places.partition_point(|line| *line <= place).saturating_sub(1),
-        };
-        at.min(self.elements() - 1)
+        self.places.partition_point(|line| *line <= place).saturating_sub(1).min(self.elements() - 1)
     }
 
     /// Lines between two places, and the next on either side.
     pub(super) fn between(&self, from: f64, to: f64) -> Range<usize> {
-        match self {
-            Self::Even(elements) => {
-                let end = *elements as f64 + 1.0;
-                let first = from.clamp(-1.0, end).floor().max(0.0) as usize;
-                let last = (to.clamp(-1.0, end).ceil() + 1.0).max(0.0) as usize;
-                first.min(elements + 1)..last.min(elements + 1)
-            }
-            Self::Graded(places) => {
-                let first = places.partition_point(|line| *line <= from).saturating_sub(1);
-                first..(places.partition_point(|line| *line < to) + 1).min(places.len())
-            }
-        }
+        let first = self.places.partition_point(|line| *line <= from).saturating_sub(1);
+        first..(self.places.partition_point(|line| *line < to) + 1).min(self.places.len())
     }
 
     /// The line nearest to a place.
     pub(super) fn nearest(&self, place: f64) -> usize {
-        match self {
-            Self::Even(elements) => (place.round().max(0.0) as usize).min(*elements),
-            Self::Graded(_) => {
-                let element = self.element_at(place);
-                element + usize::from(place - self.at(element) >= 0.5 * self.width(element))
-            }
-        }
+        let element = self.element_at(place);
+        element + usize::from(place - self.at(element) >= 0.5 * self.width(element))
     }
 
     /// Elements within `reach`, a whole number, of an element; the element too.
     pub(super) fn within(&self, element: usize, reach: f64) -> Range<usize> {
-        match self {
-            Self::Even(elements) => {
-                let span = reach as usize;
-                element.saturating_sub(span)..(element + span + 1).min(*elements)
-            }
-            Self::Graded(places) => {
-                let (from, to) = (places[element] - reach, places[element + 1] + reach);
-                // A part of an element counts.
-                let first = places.partition_point(|line| *line <= from + SAME).saturating_sub(1);
-                first..places.partition_point(|line| *line < to - SAME).min(places.len() - 1)
-            }
-        }
+        let (from, to) = (self.places[element] - reach, self.places[element + 1] + reach);
+        // A part of an element counts.
+        let first = self.places.partition_point(|line| *line <= from + SAME).saturating_sub(1);
+        first..self.places.partition_point(|line| *line < to - SAME).min(self.elements())
     }
 
     /// Lengths of the elements that lie within `reach` of the middle of one, from the first of them on; past a mirror plane at the
@@ -158,29 +122,19 @@ impl Lines {
     /// The half of mirrored lines behind the middle, or before it.
     pub(super) fn half(&self, behind: bool) -> Self {
         let middle = self.elements() / 2;
-        match self {
-            Self::Even(_) => Self::Even(middle),
-            Self::Graded(places) if behind => {
-                Self::Graded(places[middle..].iter().map(|place| place - places[middle]).collect())
-            }
-            Self::Graded(places) => Self::Graded(places[..=middle].to_vec()),
-        }
+        let places = &self.places;
+        let half = |line: &f64| line - places[middle];
+        let places = if behind { places[middle..].iter().map(half).collect() } else { places[..=middle].to_vec() };
+        Self { places, ..*self }
     }
 
     /// The lines of which these are the half behind the middle, or before it.
     pub(super) fn doubled(&self, behind: bool) -> Self {
-        match self {
-            Self::Even(elements) => Self::Even(2 * elements),
-            Self::Graded(places) => {
-                let length = self.at(self.elements());
-                let mirrored =
-                    places.iter().rev().map(|place| if behind { length - place } else { 2.0 * length - place });
-                let own = places.iter().map(|place| if behind { length + place } else { *place });
-                let (first, second): (Vec<f64>, Vec<f64>) =
-                    if behind { (mirrored.collect(), own.collect()) } else { (own.collect(), mirrored.collect()) };
-                Self::Graded(first.into_iter().chain(second.into_iter().skip(1)).collect())
-            }
-        }
+        let length = self.at(self.elements());
+        let mirrored = self.places.iter().rev().map(|place| if behind { length - place } else { 2.0 * length - place });
+        let own = self.places.iter().map(|place| if behind { length + place } else { *place });
+        let places = if behind { mirrored.chain(own.skip(1)).collect() } else { own.chain(mirrored.skip(1)).collect() };
+        Self { places, ..*self }
     }
 }
 

@@ -1,22 +1,16 @@
 use super::*;
+
 #[test]
-fn graded_lines_at_even_places_answer_like_even_ones() {
-    let (even, graded) = (Lines::even(6), Lines::graded((0..=6).map(f64::from).collect()));
-    for line in 0..=6 {
-        assert_eq!((even.at(line), even.share(line)), (graded.at(line), graded.share(line)));
-    }
-    for step in -10..80 {
-        let place = 0.1 * f64::from(step) + 0.01;
-        assert_eq!(even.element_at(place), graded.element_at(place), "{place}");
-        assert_eq!(even.nearest(place), graded.nearest(place), "{place}");
-    }
-    for element in 0..6 {
-        for reach in [0.0, 1.0, 2.0, 9.0] {
-            assert_eq!(even.within(element, reach), graded.within(element, reach), "{element} {reach}");
-        }
-    }
-    assert!(even.is_mirrored() && graded.is_mirrored() && !Lines::even(5).is_mirrored());
-    assert_eq!(graded.half(true), Lines::graded(vec![0.0, 1.0, 2.0, 3.0]));
+fn even_lines_lie_at_whole_numbers() {
+    let even = Lines::even(6);
+    assert_eq!([0, 3, 6].map(|line| (even.at(line), even.share(line))), [(0.0, 0.5), (3.0, 1.0), (6.0, 0.5)]);
+    assert_eq!(
+        [-1.0, 0.99, 4.01, 8.0].map(|place| (even.element_at(place), even.nearest(place))),
+        [(0, 0), (0, 1), (4, 4), (5, 6)]
+    );
+    assert_eq!((even.within(2, 0.0), even.within(2, 1.0), even.within(5, 9.0)), (2..3, 1..4, 0..6));
+    assert_eq!((even.between(1.5, 3.2), even.between(-2.0, 9.0)), (1..5, 0..7));
+    assert!(even.is_mirrored() && !Lines::even(5).is_mirrored() && even.half(true) == Lines::even(3));
 }
 
 #[test]

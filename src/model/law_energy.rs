@@ -1,8 +1,8 @@
 //! Energy that the published unit-cell law makes or loses by itself.
 //!
-//! Its contact force (18) is not the slope of an energy: what its in-plane forces take up on the way to a pair of stretches, W, is not
+//! The contact force (18) is not the slope of an energy: what its in-plane forces take up on the way to a pair of stretches, W, is not
 //! what yarns and crossover hold there, U. The share (U − W)/U is tabulated over both stretches, W along the straight way from rest.
-//! Other ways differ by 0.05 to 0.3 % of what is stored. The ledger takes share times U as a state of its own, so that the energy which
+//! Other ways differ by 0.05 to 0.3 % of what is stored. The energy balance takes share times U as a state of its own, so that the energy which
 //! nothing accounts for is that of the arithmetic alone.
 
 use std::collections::VecDeque;

@@ -59,7 +59,7 @@ impl Mesh {
         Self { rows, columns, length, lines, origin, between_yarns, centre, rotation: turn, cut: [Cut::Nowhere; 2] }
     }
 
-    /// What is left at x ≥ 0 and y ≥ 0 of the pack where those are mirror planes.
+    /// Part of the mesh at x ≥ 0 and y ≥ 0 of the pack where those are mirror planes.
     #[must_use]
     pub fn part(mut self, planes: MirrorPlanes) -> Self {
         for axis in (0..2).filter(|axis| planes.0[*axis]) {
@@ -328,7 +328,7 @@ impl Grid {
         Self { plies, rows, columns, node_stride, element_stride: node_stride + PAD }
     }
 
-    /// Numbers stored per field of a row of nodes of a mesh with so many columns.
+    /// Numbers stored per field of a row of nodes of a mesh with this number of columns.
     pub(crate) fn node_stride(columns: usize) -> usize {
         (columns + 1).next_multiple_of(PAD) + PAD
     }

@@ -1,6 +1,6 @@
 //! The model: everything that stays constant during a run, derived once from the case.
 //!
-//! The model knows no backend. State arrays that go with it are laid out (shot, ply, row, column).
+//! The model knows no backend. State arrays are laid out (shot, ply, row, column).
 
 pub mod failure_criterion;
 pub mod features;
@@ -73,7 +73,7 @@ pub enum ModelError {
 pub struct Model<S> {
     /// Storage layout.
     pub grid: Grid,
-    /// What alike plies share; the first is that of the struck ply.
+    /// Ply types: constants that alike plies share; the first is that of the struck ply.
     pub ply_types: Vec<PlyType<S>>,
     /// The plies, the struck one first.
     pub plies: Vec<Ply>,
@@ -166,9 +166,9 @@ impl<S: Scalar> Model<S> {
         })
     }
 
-    /// Terms of the model that the scene has.
+    /// Features of the scene.
     pub fn features(&self) -> Features {
-        Features::of_pack(self)
+        Features::of_all(self, &self.ply_types)
     }
 
     /// The ply type of a ply.
@@ -176,7 +176,7 @@ impl<S: Scalar> Model<S> {
         &self.ply_types[self.plies[ply].ply_type]
     }
 
-    /// What rounding makes of the energy of a pack at rest [J].
+    /// Rounding of the energy of a pack at rest [J].
     pub fn rounding(&self) -> f64 {
         self.plies.iter().map(|ply| self.ply_types[ply.ply_type].rounding()).sum()
     }

@@ -37,13 +37,13 @@ pub struct PlyType<S> {
     pub areal_density: f64,
     /// Thickness [m].
     pub thickness: f64,
-    /// How the sides are held.
+    /// Edges of the ply.
     pub edges: Edges,
     /// Masses by kind of row (first, inner, last), shape (3, node stride); of a graded mesh by row.
     pub mass: Vec<RowMasses<S>>,
     /// Sizes of the elements of a row.
     pub columns: Columns<S>,
-    /// What the unit-cell law makes of energy by itself; `None`: nothing.
+    /// Energy that the unit-cell law makes by itself; `None`: none.
     pub law_energy: Option<Arc<LawEnergy>>,
     /// Whether yarns have shock viscosity.
     pub viscous: bool,
@@ -115,7 +115,7 @@ impl<S: Scalar> PlyType<S> {
         })
     }
 
-    /// What rounding makes of the energy of a ply at rest [J]: one unit in the last place of the stretches, and of the
+    /// Rounding of the energy of a ply at rest [J]: one unit in the last place of the stretches, and of the
     /// compression energy's b³/a², and the crossover under the force of a strain of one unit. It is the most where that hardly resists.
     pub(super) fn rounding(&self) -> f64 {
         let [a, b, _] = self.cell.compression;
@@ -135,21 +135,7 @@ impl<S: Scalar> PlyType<S> {
 
     /// Element constants in the precision of a kernel.
     pub fn constants<T: Scalar, L: LawKernel>(&self) -> ElementConstants<T> {
-        let e = &self.element;
-        ElementConstants {
-            cell: UnitCellParameters::cast::<L>(&self.cell),
-            shear: e.shear.cast(),
-            gradient: e.gradient.map(T::splat),
-            membrane: e.membrane.map(T::splat),
-            half_length: e.half_length.map(T::splat),
-            hourglass: e.hourglass.map(T::splat),
-            viscosity: e.viscosity.map(T::splat),
-            viscous_length: e.viscous_length.map(T::splat),
-            per_steep: T::splat(e.per_steep),
-            mode_share: T::splat(e.mode_share),
-            cells: T::splat(e.cells),
-            area: T::splat(e.area),
-        }
+        self.element.map(UnitCellParameters::cast::<L>(&self.cell), T::splat)
     }
 }
 
@@ -159,7 +145,7 @@ impl<S: Scalar> PlyType<S> {
 /// change nothing beyond them (benches/NOTES.md).
 const VISCOUS_LENGTH: f64 = 1.0;
 /// Stretch that a front adds while it crosses an element, and from which the viscosity of the whole length acts [-]: about what breaks an
-/// aramid, so that it goes with the square of the rate up to failure. One number for all, for elastic waves know of no failure.
+/// aramid, so that it grows with the square of the rate up to failure. One number for all, for elastic waves know of no failure.
 const STEEP_FRONT: f64 = 0.035;
 
 /// Constants of the element kernel.

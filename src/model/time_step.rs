@@ -21,7 +21,7 @@ use crate::physics::{crossover, shear};
 pub struct StepBound {
     /// 2/ω of the stiffest element mode [s].
     pub critical_step: f64,
-    /// What that mode is.
+    /// Name of that mode.
     pub set_by: &'static str,
 }
 
@@ -55,7 +55,7 @@ impl StepBound {
         Self { critical_step: LET_GO * self.critical_step, set_by }
     }
 
-    /// The bound of a ply of so many elements that starts under tension. Where it is torn, it is let go. Over many elements what yarns make and
+    /// Bound of a ply of this number of elements that starts under tension. Where it is torn, it is let go. Over many elements what yarns make and
     /// lose as they go slack and taut evens out, over few it does not.
     #[must_use]
     pub fn of_tension_in(self, elements: usize) -> Self {
@@ -81,7 +81,7 @@ const STEP_OF_FEW: f64 = 1.0 / 3.0;
 /// it stretches by 2 to 12 % gain 1.0 to 1.7 % of their energy with the critical step.
 const STEEP: f64 = 0.01;
 
-/// What a ply of this size [m] starts with that is far from equilibrium, if anything: tension that ends at a free edge (of its pre-tension, in
+/// Start of a ply of this size [m] that is far from equilibrium, if it is: tension that ends at a free edge (of its pre-tension, in
 /// which a direction that keeps its length has one, too, or of its deflection), or a steep deflection.
 pub fn let_go(
     pretension: Option<[Option<f64>; 2]>,
@@ -107,7 +107,7 @@ pub fn let_go(
 /// Stretch range searched, Λ − 1.
 const RANGE: [f64; 2] = [-0.5, 0.5];
 
-/// Uniform stretch of the pack before the shot, and the yarn heights that go with it.
+/// Uniform stretch of the pack before the shot, and the yarn heights in it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InitialStretch {
     /// Λ − 1 along warp and weft [-].

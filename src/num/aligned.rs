@@ -10,7 +10,7 @@ pub(crate) const CACHE_LINE: usize = 64;
 /// Numbers, one of which begins a line of the cache, and so does every one a whole number of lines away from it.
 #[derive(Debug)]
 pub struct Aligned<S> {
-    /// What is left over lies on both sides.
+    /// Storage, with numbers to spare on both sides.
     numbers: Vec<S>,
     start: usize,
     length: usize,
@@ -76,7 +76,7 @@ pub(crate) fn ask<'a, S: 'a>(fields: impl IntoIterator<Item = &'a [S]>, at: usiz
     }
 }
 
-/// Those of some columns with whose number a line of the cache begins.
+/// Columns whose number begins a line of the cache.
 #[inline(always)]
 pub(crate) fn lines<S>(columns: Range<usize>) -> impl Iterator<Item = usize> {
     let line = CACHE_LINE / size_of::<S>();

@@ -10,7 +10,7 @@ const MULTIPLIERS: [u32; 2] = [0xD251_1F53, 0xCD9E_8D57];
 const INCREMENTS: [u32; 2] = [0x9E37_79B9, 0xBB67_AE85];
 const ROUNDS: usize = 10;
 
-/// What a draw is for.
+/// Key of a draw.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct DrawKey {
     /// Seed of the campaign.
@@ -89,7 +89,7 @@ impl Weibull {
         self.scale * (-(-uniform).ln_1p() * self.gauge / length).powf(1.0 / self.shape)
     }
 
-    /// The same yarn, its scale stated for another gauge length.
+    /// Yarn with its scale stated for another gauge length.
     pub fn at_gauge(&self, gauge: f64) -> Self {
         Self { scale: self.scale * (self.gauge / gauge).powf(1.0 / self.shape), gauge, ..*self }
     }

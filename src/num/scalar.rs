@@ -68,7 +68,7 @@ pub trait Scalar:
     fn many<V: Simd>(simd: V) -> Self::Many<V>;
 }
 
-/// What a kernel may do with a number.
+/// Operations of a kernel on a number.
 pub trait Real:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
@@ -86,7 +86,7 @@ pub trait Real:
 
     /// `value` in every lane of a number like this one, rounded to its precision.
     fn splat_like(self, value: f64) -> Self;
-    /// The same of a number of this precision.
+    /// Value of this precision in every lane of a number like this one.
     fn broadcast(self, value: Self::Scalar) -> Self;
     /// `LANES` consecutive numbers of `source`, starting at `index`, as a number like this one.
     fn load(self, source: &[Self::Scalar], index: usize) -> Self;
@@ -290,7 +290,7 @@ pub(crate) const fn is_double<R: Real>() -> bool {
 /// A third of 2³², and of 2¹⁶: multiplied with the upper half of a number's bits they give a third of them.
 pub(crate) const F64_THIRD: u64 = 0x5555_5556;
 pub(crate) const F32_THIRD: u32 = 0x5556;
-/// What is left of the bits of 1/∛x when a third of those of x is taken away.
+/// Rest of the bits of 1/∛x when a third of those of x is taken away.
 pub(crate) const F64_BIAS: u64 = 0x553e_f0ff_289d_d796;
 pub(crate) const F32_BIAS: u32 = 0x54a2_fa8c;
 

@@ -293,7 +293,7 @@ impl<M: Mask> Mask for Pair<M> {
 }
 
 impl<R: Real> Pair<R> {
-    /// The same number twice.
+    /// Pair of equal numbers.
     pub fn of(number: R) -> Self {
         Self(number, number)
     }

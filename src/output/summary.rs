@@ -1,12 +1,14 @@
-//! `summary.json`: the result of a run in one object.
+//! Result of a run: `summary.json`, the energies at the end, and the verdict in a line.
 
 use serde_json::{Map, Value, json};
 
 use super::breakage::Breakage;
 use super::checks::{self, Check, checks};
 use super::expect::{self, Checked};
-use super::warnings::Warning;
+use super::number::{fixed, short, us};
+use super::warnings::{self, Warning};
 use crate::case::{Case, Motion, case_hash};
+use crate::physics::mirror_planes::MirrorPlanes;
 use crate::run::outcome::Outcome;
 use crate::run::{PlySample, Run, Sample};
 use crate::solver::Divergence;
@@ -44,7 +46,7 @@ pub fn residual_velocity(case: &Case, run: &Run) -> Option<f64> {
     case.projectile.as_ref().and_then(|_| velocity_left(run))
 }
 
-/// The same of a run with a projectile; `None` without a history.
+/// Velocity left of a run with a projectile [m/s]; `None` without a history.
 pub(crate) fn velocity_left(run: &Run) -> Option<f64> {
     match run.outcome {
         Outcome::Stopped => Some(0.0),
@@ -68,7 +70,7 @@ fn object(value: Value) -> Map<String, Value> {
     }
 }
 
-/// What happened, and how far it can be trusted.
+/// Results.
 fn result(case: &Case, run: &Run) -> Map<String, Value> {
     let last = run.history.last().copied().unwrap_or_default();
     let broken = Breakage::of(case, run);
@@ -114,19 +116,19 @@ fn result(case: &Case, run: &Run) -> Map<String, Value> {
     }))
 }
 
-fn unstable(trouble: &Divergence) -> Value {
-    let [ply, row, column] = trouble.place;
+fn unstable(divergence: &Divergence) -> Value {
+    let [ply, row, column] = divergence.place;
     json!({
-        "step": trouble.step,
-        "kernel": trouble.kernel,
-        "quantity": trouble.quantity,
+        "step": divergence.step,
+        "kernel": divergence.kernel,
+        "quantity": divergence.quantity,
         "ply": ply,
         "row": row,
         "column": column,
     })
 }
 
-/// Every ply of a pack at the end of the run, and its largest deflection; empty for a single ply.
+/// Plies of a pack at the end of the run, and their largest deflections; empty for a single ply.
 fn plies(run: &Run) -> Vec<Value> {
     let end = run.ply_history.len().saturating_sub(run.plies);
     let ply = |last: &PlySample| {
@@ -141,7 +143,7 @@ fn plies(run: &Run) -> Vec<Value> {
     run.ply_history[end..].iter().map(ply).collect()
 }
 
-/// What it took.
+/// Costs.
 fn cost(run: &Run, wall_seconds: f64) -> Map<String, Value> {
     let element_steps = (run.elements as u64).saturating_mul(run.steps);
     let part = element_steps / run.planes.copies();
@@ -177,19 +179,186 @@ fn timings(run: &Run) -> Map<String, Value> {
     all.map(|(name, seconds)| ((*name).to_owned(), entry(*seconds))).collect()
 }
 
-/// What produced it from what.
+/// Origin: backend, version, case, assumptions, warnings.
 fn origin(case: &Case, run: &Run, checks: &[Check]) -> Map<String, Value> {
-    let assumed: Vec<&str> = checks::assumed_fields(case).map(|field| field.pointer.as_str()).collect();
+    let assumed: Vec<&str> = warnings::assumed_fields(case).map(|field| field.pointer.as_str()).collect();
     object(json!({
         "backend": run.backend,
         "adapter": run.adapter,
         "threads": run.threads,
         "precision": run.precision,
-        "terms": run.terms.list().into_iter().map(|(name, value)| (name.to_owned(), value.into())).collect::<Map<_, _>>(),
+        "terms": run.features.list().into_iter().map(|(name, value)| (name.to_owned(), value.into())).collect::<Map<_, _>>(),
         "version": env!("CARGO_PKG_VERSION"),
         "case": case.name,
         "case_hash": case_hash(&case.as_run),
         "assumed": assumed,
         "warnings": checks::warnings(case, checks).iter().map(Warning::to_json).collect::<Vec<_>>(),
     }))
+}
+
+/// Energy given to the fabric, and where it is at the end of a run.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Energies {
+    /// Kinetic energy that the projectile lost [J].
+    pub absorbed: f64,
+    /// Energy absorbed and work of prescribed motion [J].
+    pub given: f64,
+    /// Shares [J]; they add up to what was given.
+    pub shares: Vec<(&'static str, f64)>,
+    /// The largest of them [J].
+    pub scale: f64,
+}
+
+impl Energies {
+    /// Energies of the last state of a run; `None` without energy in it, or with numbers that are not finite.
+    pub fn of(run: &Run) -> Option<Self> {
+        let (first, last) = (run.history.first()?, run.history.last()?);
+        let (start, end) = (&first.balance, &last.balance);
+        let absorbed = absorbed_energy(run);
+        let given = absorbed + end.external;
+        // The first row stands after the first contact: what the fabric moved with before is what balances it.
+        let kinetic = start.kinetic + start.contact + start.friction + start.projectile
+            - start.separation
+            - start.external
+            - run.impact_energy;
+        let mut shares = vec![
+            ("fabric, kinetic", end.kinetic - kinetic),
+            ("fabric, elastic", end.stored - start.stored),
+            ("hourglass", end.hourglass - start.hourglass),
+            ("shock viscosity", end.viscous),
+            ("contact", end.contact),
+            ("friction", end.friction),
+            ("yarn failure", end.failure),
+        ];
+        if end.law != 0.0 {
+            shares.push(("unit-cell law", -end.law));
+        }
+        if end.separation != 0.0 {
+            shares.push(("ply separation", -end.separation));
+        }
+        let found: f64 = shares.iter().map(|share| share.1).sum();
+        shares.push(("unaccounted", given - found));
+        let scale = shares.iter().map(|share| share.1.abs()).fold(given.abs(), f64::max);
+        let finite = shares.iter().all(|share| share.1.is_finite());
+        (finite && scale > 0.0).then_some(Self { absorbed, given, shares, scale })
+    }
+
+    /// An energy [J] with unit and decimals that suit the largest.
+    pub fn text(&self, energy: f64) -> String {
+        let (factor, unit) = match self.scale {
+            0.1.. => (1.0, "J"),
+            1e-4.. => (1e3, "mJ"),
+            _ => (1e6, "µJ"),
+        };
+        let decimals = (4.0 - (factor * self.scale).log10().floor()).clamp(0.0, 4.0) as usize;
+        format!("{} {unit}", fixed(factor * energy, decimals))
+    }
+
+    /// A share of what was given, in per cent; empty where nothing was.
+    pub fn percent(&self, energy: f64) -> String {
+        if self.given > 1e-9 * self.scale {
+            format!("{} %", fixed(100.0 * energy / self.given, 1))
+        } else {
+            String::new()
+        }
+    }
+}
+
+/// The verdict of a run.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Verdict {
+    /// Verdict in a word or two.
+    pub word: &'static str,
+    /// Velocities, deflection, time.
+    pub detail: String,
+    /// Whether the run came to its end; else the verdict is as far as it got.
+    pub complete: bool,
+}
+
+impl Verdict {
+    /// Mark between word and detail.
+    pub fn mark(&self) -> &'static str {
+        if self.detail.starts_with("at ") { "" } else { ":" }
+    }
+}
+
+/// Verdict of a run: first that it broke off, if it did.
+pub fn verdict(case: &Case, run: &Run) -> Verdict {
+    let (word, detail) = words(case, run);
+    let complete = run.divergence.is_none() && run.lost.is_none() && !run.interrupted;
+    Verdict { word, detail, complete }
+}
+
+fn words(case: &Case, run: &Run) -> (&'static str, String) {
+    let deflected = format!("deflected {} mm at most", short(run.deflection() * 1e3, 4));
+    let reached = reached(run);
+    if let Some(divergence) = &run.divergence {
+        return ("unstable", format!("at {}: {}", place(divergence), divergence.quantity));
+    }
+    if let Some(reason) = &run.lost {
+        return ("device lost", format!("at {reached}, {deflected}: {reason}"));
+    }
+    if run.interrupted {
+        return ("interrupted", format!("at {reached}, {deflected}"));
+    }
+    let Some(projectile) = case.projectile.as_ref().filter(|_| flies_freely(case)) else {
+        return ("done", format!("{reached} computed, {deflected}"));
+    };
+    let left = residual_velocity(case, run).unwrap_or(0.0);
+    let velocity = short(left, 4);
+    let stop = run.stop_time.map_or(String::new(), |time| format!("at {:.1} µs, ", time * 1e6));
+    let through = run.history.last().map_or(0, |row| row.perforated_plies);
+    let torn = if run.plies > 1 { format!("{through} of {} plies perforated, ", run.plies) } else { String::new() };
+    let struck = format!("{torn}struck at {} m/s", short(projectile.velocity, 4));
+    match run.outcome {
+        Outcome::Perforated => {
+            let leaves = match checks::scatter(case, run) {
+                Some(scatter) => format!("{} m/s ± {} by the mesh", short(left, 3), short(scatter, 2)),
+                None => format!("{velocity} m/s"),
+            };
+            let past = if run.is_unbroken() { ", past fabric of which no yarn broke" } else { "" };
+            ("perforated", format!("leaves at {leaves}{past}, {struck}"))
+        }
+        Outcome::Stopped => {
+            let carried = run.carried_velocity.map(|speed| format!("carried along at {} m/s, ", short(speed, 3)));
+            ("stopped", format!("{stop}{}{struck}, {deflected}", carried.unwrap_or_default()))
+        }
+        Outcome::Rebounded => {
+            let flies = match run.rebound_velocity {
+                Some(rebound) => format!("flies back at {} m/s", short(rebound, 4)),
+                None => format!("flies at {velocity} m/s"),
+            };
+            ("rebounded", format!("turned {stop}{flies}, {struck}, {deflected}"))
+        }
+        Outcome::Running => (
+            "undecided",
+            format!(
+                "at {reached}: {velocity} m/s left, {struck}, {deflected}; raise /solver/end_time_us for a verdict"
+            ),
+        ),
+    }
+}
+
+/// Time reached.
+pub fn reached(run: &Run) -> String {
+    us(run.history.last().map_or(0.0, |row| row.time))
+}
+
+/// Place where a run went wrong.
+pub fn place(divergence: &Divergence) -> String {
+    let [ply, row, column] = divergence.place;
+    format!("step {}, kernel {}, ply {ply}, row {row}, column {column}", divergence.step, divergence.kernel)
+}
+
+/// Mirror planes that a scene is cut at, if it is.
+pub fn symmetry(planes: MirrorPlanes) -> String {
+    let names = planes.names();
+    let part = match names.len() {
+        0 => return "none: the whole scene is computed".to_owned(),
+        1 => "a half",
+        _ => "a quarter",
+    };
+    format!("{part}, mirrored at {} = 0", names.join(" = 0 and "))
 }

@@ -23,7 +23,7 @@ pub const SERIES: [f64; 12] = [
     863_948_449.0 / 17_592_186_044_416.0,
 ];
 
-/// The same of the derivative.
+/// Coefficients of the derivative.
 const SLOPES: [f64; MAX_TERMS] = {
     let mut slopes = SERIES;
     let mut n = 1;

@@ -7,13 +7,13 @@
 //!
 //! Two evaluations suffice from one time step to the next, most often: where a step is so small that the curves cannot bend away
 //! from their tangents by more than the residual accepted, it is taken along the tangents. Nothing guards the iteration:
-//! cells it leaves go to the bracketed one of [`super::crossover`], which cannot fail.
+//! cells it leaves go to the safeguarded one of [`super::crossover`], which cannot fail.
 
 use crate::num::scalar::{Mask, Real, each};
 use crate::physics::unit_cell_parameters::UnitCellParameters;
 use crate::physics::yarn_law::{LawKernel, StretchResponse, YarnResponse};
 
-/// Evaluations allowed before the bracketed iteration takes over.
+/// Evaluations allowed before the safeguarded iteration takes over.
 pub const NEWTON_ITERATIONS: u32 = 7;
 
 /// Misfit of compatibility accepted, over the sum of heights [-], as far as the precision goes.
@@ -23,28 +23,28 @@ pub const COMPATIBILITY_TOLERANCE: f64 = 1e-12;
 pub(crate) const ROUNDOFF_TOLERANCE: f64 = 5e-15;
 
 /// Where the iteration ended.
-pub(crate) struct Joint<R: Real> {
+pub(crate) struct NewtonResult<R: Real> {
     /// Heights of the pivot and of the other yarn [m].
     pub(crate) height: [R; 2],
     /// Their responses there.
     pub(crate) yarn: [YarnResponse<R>; 2],
-    /// How they will follow the stretches.
-    pub(crate) guide: Predictor<R>,
+    /// Predictor of the heights.
+    pub(crate) predictor: Predictor<R>,
     /// Evaluations.
     pub(crate) iterations: R,
-    /// What the responses may be off by as tangents [N].
+    /// Bound of the error of the responses, where these are tangents [N].
     pub(crate) bound: R,
     /// Where equilibrium and compatibility are met.
     pub(crate) met: R::Mask,
 }
 
-impl<R: Real> Joint<R> {
+impl<R: Real> NewtonResult<R> {
     /// The end of an iteration that has not begun.
     pub(crate) fn unmet(height: [R; 2]) -> Self {
         let zero = height[0].zero();
         let yarn = YarnResponse { strain: zero, force: zero, stiffness: zero, growth: zero };
-        let guide = Predictor { dh_dstretch: [zero; 2], force_share: [zero; 2] };
-        Self { height, yarn: [yarn; 2], guide, iterations: zero, bound: zero, met: zero.never() }
+        let predictor = Predictor { dh_dstretch: [zero; 2], force_share: [zero; 2] };
+        Self { height, yarn: [yarn; 2], predictor, iterations: zero, bound: zero, met: zero.never() }
     }
 }
 
@@ -55,16 +55,16 @@ pub(crate) fn iterate<R: Real, L: LawKernel>(
     span: &[StretchResponse<R>; 2],
     height: [R; 2],
     active: R::Mask,
-) -> Joint<R> {
+) -> NewtonResult<R> {
     let n = cell.height_sum;
     let (zero, one) = (n.zero(), n.one());
     let index = [cell.pivot, 1 - cell.pivot];
     let [a, b, offset] = cell.compression;
     let rigid = a.le(zero);
-    let loose = cell.uncompressed_limit;
-    let tight = n.splat_like(1e-2) * loose;
-    let slip = n.splat_like(COMPATIBILITY_TOLERANCE.max(8.0 * R::EPSILON)) * cell.height_sum;
-    let unseen = n.splat_like(ROUNDOFF_TOLERANCE.max(0.5 * R::EPSILON));
+    let uncompressed = cell.uncompressed_limit;
+    let tight = n.splat_like(1e-2) * uncompressed;
+    let compatibility = n.splat_like(COMPATIBILITY_TOLERANCE.max(8.0 * R::EPSILON)) * cell.height_sum;
+    let roundoff = n.splat_like(ROUNDOFF_TOLERANCE.max(0.5 * R::EPSILON));
     let mut q = opening(cell, height[0] + height[1]).max(tight);
     let mut height = [height[0], other_height(cell, height[0], q)];
     let mut yarn = each!(i in 2 => L::respond(&cell.yarn[index[i]], &span[index[i]], height[i]));
@@ -75,22 +75,22 @@ pub(crate) fn iterate<R: Real, L: LawKernel>(
         let cube = q * q * q;
         // The force that compresses by a − b q, and its compliance.
         let force = R::select(rigid, yarn[0].force, one / cube - offset);
-        let give = b * q * cube * n.splat_like(1.0 / 3.0);
+        let compliance = b * q * cube * n.splat_like(1.0 / 3.0);
         let [sp, so] = each!(i in 2 => yarn[i].stiffness.max(cell.min_stiffness));
         // How far the heights miss the compression of the pivot's force, but for what that rounds to; and with it what
         // the residual F_p(x) − F_o(H − d(F_p) − x) would be, at most.
-        let misfit = give * ((yarn[0].force - force).abs() - cell.roundoff_tolerance).max(zero);
+        let misfit = compliance * ((yarn[0].force - force).abs() - cell.roundoff_tolerance).max(zero);
         let off = so.fused(misfit, (yarn[0].force - yarn[1].force).abs());
         let limit = cell.accepted(yarn[0].force);
         let taut = each!(i in 2 => zero.lt(yarn[i].strain));
         // Both yarns slack although the crossover is not compressed: nothing presses.
-        let slack = (rigid | loose.le(q)) & !(taut[0] | taut[1]);
-        let done = (off.le(limit) & misfit.le(slip)) | slack;
+        let slack = (rigid | uncompressed.le(q)) & !(taut[0] | taut[1]);
+        let done = (off.le(limit) & misfit.le(compatibility)) | slack;
         pending = pending & !done;
         if round + 1 == NEWTON_ITERATIONS || !pending.any() {
             break;
         }
-        let (new, next) = along_tangents(cell, &yarn, [sp, so], height, q, [force, give]);
+        let (new, next) = along_tangents(cell, &yarn, [sp, so], height, q, [force, compliance]);
         let rise = each!(i in 2 => new[i] - height[i]);
         let raised = each!(i in 2 => yarn[i].raised(rise[i]));
         // What the curves bend away from their tangents over this step: F″h ≤ 3F′ and ε″h ≤ ε′ of a yarn in any law, twice
@@ -98,9 +98,9 @@ pub(crate) fn iterate<R: Real, L: LawKernel>(
         let bend = each!(i in 2 => {
             let square = rise[i].squared();
             let force = (n.splat_like(4.0) * yarn[i].stiffness * square).le(limit * height[i]);
-            force & (yarn[i].growth * square).le(unseen * height[i])
+            force & (yarn[i].growth * square).le(roundoff * height[i])
         });
-        let bend_q = (n.splat_like(4.0) * b * (next - q).squared()).le(slip * q);
+        let bend_q = (n.splat_like(4.0) * b * (next - q).squared()).le(compatibility * q);
         let balanced = (raised[0].force - raised[1].force).abs().le(limit);
         let stays = each!(i in 2 => taut[i] & zero.lt(raised[i].strain));
         let last = pending & bend[0] & bend[1] & bend_q & balanced & stays[0] & stays[1];
@@ -118,13 +118,13 @@ pub(crate) fn iterate<R: Real, L: LawKernel>(
         });
         iterations = iterations + R::select(pending, one, zero);
     }
-    let give = b * q * (q * q * q) * n.splat_like(1.0 / 3.0);
+    let compliance = b * q * (q * q * q) * n.splat_like(1.0 / 3.0);
     let stiffness = each!(i in 2 => yarn[i].stiffness.max(cell.min_stiffness));
-    let guide = Predictor::of(&yarn, stiffness, give, height, each!(i in 2 => span[index[i]].length()));
-    Joint { height, yarn, guide, iterations, bound, met: active & !pending }
+    let predictor = Predictor::of(&yarn, stiffness, compliance, height, each!(i in 2 => span[index[i]].length()));
+    NewtonResult { height, yarn, predictor, iterations, bound, met: active & !pending }
 }
 
-/// Heights of both yarns, and q, where the tangents have one force: Σ F/S over Σ 1/S. `force`, `give`: the force of the compression at
+/// Heights of both yarns, and q, where the tangents have one force: Σ F/S over Σ 1/S. `force`, `compliance`: the force of the compression at
 /// `q` and its compliance.
 #[inline(always)]
 fn along_tangents<R: Real>(
@@ -133,12 +133,12 @@ fn along_tangents<R: Real>(
     [sp, so]: [R; 2],
     height: [R; 2],
     q: R,
-    [force, give]: [R; 2],
+    [force, compliance]: [R; 2],
 ) -> ([R; 2], R) {
     let n = cell.height_sum;
     // One division for all.
     let product = sp * so;
-    let soft = give * product;
+    let soft = compliance * product;
     let sum = sp + so + soft;
     let inverse = n.one() / (product * sum);
     let between = yarn[1].force - yarn[0].force;
@@ -160,7 +160,7 @@ fn opening<R: Real>(cell: &UnitCellParameters<R>, sum: R) -> R {
     R::select(least.le(q), cell.uncompressed_limit, q)
 }
 
-/// Height that compatibility leaves the other yarn: H − d − x, where d = a − b q is 0 once the crossover is loose.
+/// Height that compatibility leaves the other yarn: H − d − x, where d = a − b q is 0 once the crossover is uncompressed.
 #[inline(always)]
 fn other_height<R: Real>(cell: &UnitCellParameters<R>, x: R, q: R) -> R {
     let [a, b, _] = cell.compression;
@@ -171,7 +171,7 @@ fn other_height<R: Real>(cell: &UnitCellParameters<R>, x: R, q: R) -> R {
 /// Strain below which a yarn is not followed: F/ε is of two numbers that vanish.
 pub const LEAST_STRAIN: f64 = 1e-6;
 
-/// How the two heights of a cell follow its two stretches, to first order.
+/// Change of the two heights of a cell with its two stretches, to first order.
 #[derive(Clone, Copy, Debug)]
 pub struct Predictor<R> {
     /// t: what a height falls by, per stretch, at constant contact force [m].
@@ -181,21 +181,27 @@ pub struct Predictor<R> {
 }
 
 impl<R: Real> Predictor<R> {
-    /// Of a cell in equilibrium: its yarns, their slopes S [N/m], the compliance c of the crossover [m/N], heights [m] and stretches Λ.
+    /// Predictor of a cell in equilibrium: its yarns, their slopes S [N/m], the compliance c of the crossover [m/N], heights [m] and stretches Λ.
     #[inline(always)]
-    pub(crate) fn of(yarn: &[YarnResponse<R>; 2], slope: [R; 2], give: R, height: [R; 2], length: [R; 2]) -> Self {
-        let one = give.one();
-        let least = give.splat_like(LEAST_STRAIN);
+    pub(crate) fn of(
+        yarn: &[YarnResponse<R>; 2],
+        slope: [R; 2],
+        compliance: R,
+        height: [R; 2],
+        length: [R; 2],
+    ) -> Self {
+        let one = compliance.one();
+        let least = compliance.splat_like(LEAST_STRAIN);
         let below = each!(i in 2 => yarn[i].strain.max(least) * slope[i] * length[i]);
         let per_both = one / (below[0] * below[1]);
-        let per_sum = one / give.fused(slope[0] * slope[1], slope[0] + slope[1]);
+        let per_sum = one / compliance.fused(slope[0] * slope[1], slope[0] + slope[1]);
         Self {
             dh_dstretch: each!(i in 2 => {
                 let strain = yarn[i].strain;
                 let above = yarn[i].force.fused(one + strain, -(height[i] * slope[i] * strain));
                 let fall = above * (below[1 - i] * per_both);
                 // No number that is not finite passes either.
-                R::select(least.lt(strain) & fall.abs().lt(one), fall, give.zero())
+                R::select(least.lt(strain) & fall.abs().lt(one), fall, compliance.zero())
             }),
             force_share: each!(i in 2 => slope[1 - i] * per_sum),
         }

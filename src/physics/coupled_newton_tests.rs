@@ -26,8 +26,8 @@ fn heights_that_miss_their_sum_by_four_roundings_compress_nothing() {
         let other = other_height(&cell, 0.3 * cell.height_sum, q);
         assert!((other / (0.7 * cell.height_sum - d) - 1.0).abs() < 1e-12, "{d}");
     }
-    let loose = other_height(&cell, 0.3 * cell.height_sum, 1.5 * cell.uncompressed_limit);
-    assert_eq!(loose, cell.height_sum - 0.3 * cell.height_sum);
+    let uncompressed = other_height(&cell, 0.3 * cell.height_sum, 1.5 * cell.uncompressed_limit);
+    assert_eq!(uncompressed, cell.height_sum - 0.3 * cell.height_sum);
 }
 
 #[test]
@@ -35,13 +35,13 @@ fn tangents_meet_in_one_force() {
     let cell = cell();
     let top = cell.height_sum;
     let yarn = |force: f64, stiffness: f64| YarnResponse { strain: 0.01, force, stiffness, growth: 1.0 };
-    for [first, second, force, give] in
+    for [first, second, force, compliance] in
         [[3.0, 2.0, 2.5, 1e-5], [1.0, 1.5, 1.7, 3e-6], [2.0, 2.0, 2.0, 1e-6], [2.5, 2.0, 2.2, 0.0]]
     {
         let (yarns, slopes) = ([yarn(first, 4e5), yarn(second, 7e5)], [4e5, 7e5]);
         let height = [0.4 * top, 0.5 * top];
         let q = opening(&cell, height[0] + height[1]);
-        let (new, next) = along_tangents(&cell, &yarns, slopes, height, q, [force, give]);
+        let (new, next) = along_tangents(&cell, &yarns, slopes, height, q, [force, compliance]);
         // The force of each tangent at its new height, the other one from the sum before it is rounded into q.
         let d = cell.compression[0] - cell.compression[1] * next;
         let common = first + slopes[0] * (new[0] - height[0]);
@@ -50,7 +50,7 @@ fn tangents_meet_in_one_force() {
         assert!((top - d - new[0] - new[1]).abs() < 1e-18, "{new:?}");
         // The crossover gives way to what the common force is more than its own.
         let given = -(new[0] + new[1] - height[0] - height[1]);
-        assert!((given - give * (common - force)).abs() < 1e-15, "{given}");
+        assert!((given - compliance * (common - force)).abs() < 1e-15, "{given}");
     }
     // Never below nothing nor above the sum, and q no less than three tenths of what it was.
     let far = |first: f64, second: f64| {
@@ -65,8 +65,8 @@ fn tangents_meet_in_one_force() {
 fn what_is_slack_is_met_at_once_and_needs_no_more_than_one_look() {
     let cell = cell();
     let span = [0, 1].map(|i: usize| Published::span(&cell.yarn[i], -0.05));
-    let joint = iterate::<f64, Published>(&cell, &span, [0.5 * cell.height_sum; 2], true);
-    assert!(joint.met && joint.iterations == 1.0 && joint.bound == 0.0);
+    let newton = iterate::<f64, Published>(&cell, &span, [0.5 * cell.height_sum; 2], true);
+    assert!(newton.met && newton.iterations == 1.0 && newton.bound == 0.0);
     let idle = iterate::<f64, Published>(&cell, &span, [0.5 * cell.height_sum; 2], false);
     assert!(!idle.met && idle.iterations == 0.0);
     // From the heights that it found, what it found is met as well, and is no tangent.

@@ -34,8 +34,8 @@ pub struct Equilibrium<R: Real> {
     pub strain: [R; 2],
     /// Heights [m], warp and weft; where nothing presses, the last ones found.
     pub height: [R; 2],
-    /// How the heights will follow the stretches.
-    pub guide: Predictor<R>,
+    /// Predictor of the heights.
+    pub predictor: Predictor<R>,
     /// Contact force F [N].
     pub force: R,
     /// Difference of the yarns' contact forces at the end [N].
@@ -117,7 +117,7 @@ pub fn solve_safeguarded<R: Real, L: LawKernel>(
     warm: [R; 2],
     both: R::Mask,
 ) -> Equilibrium<R> {
-    solve_from::<R, L>(cell, stretch, warm, both, |_, start, _| coupled_newton::Joint::unmet(start))
+    solve_from::<R, L>(cell, stretch, warm, both, |_, start, _| coupled_newton::NewtonResult::unmet(start))
 }
 
 /// Solves the cell from what a `fast` iteration finds.
@@ -127,7 +127,7 @@ fn solve_from<R: Real, L: LawKernel>(
     stretch: [R; 2],
     warm: [R; 2],
     both: R::Mask,
-    fast: impl FnOnce(&[StretchResponse<R>; 2], [R; 2], R::Mask) -> coupled_newton::Joint<R>,
+    fast: impl FnOnce(&[StretchResponse<R>; 2], [R; 2], R::Mask) -> coupled_newton::NewtonResult<R>,
 ) -> Equilibrium<R> {
     let n = cell.height_sum;
     let zero = n.zero();
@@ -137,31 +137,31 @@ fn solve_from<R: Real, L: LawKernel>(
     let pressing = both & zero.lt(top);
     let span = each!(i in 2 => L::span(&cell.yarn[i], stretch[i]));
     let start = [zero.max(warm[p]).min(top), zero.max(warm[o]).min(top)];
-    let joint = fast(&span, start, pressing);
-    let met = pressing & joint.met;
-    let mut active = pressing & !joint.met;
-    let mut x = R::select(active, start[0], joint.height[0]);
-    let mut iterations = joint.iterations;
-    let mut guide = Predictor { dh_dstretch: [zero; 2], force_share: [zero; 2] };
+    let newton = fast(&span, start, pressing);
+    let met = pressing & newton.met;
+    let mut active = pressing & !newton.met;
+    let mut x = R::select(active, start[0], newton.height[0]);
+    let mut iterations = newton.iterations;
+    let mut predictor = Predictor { dh_dstretch: [zero; 2], force_share: [zero; 2] };
     for (at, i) in [p, o].into_iter().enumerate() {
-        guide.dh_dstretch[i] = R::select(met, joint.guide.dh_dstretch[at], zero);
-        guide.force_share[i] = R::select(met, joint.guide.force_share[at], zero);
+        predictor.dh_dstretch[i] = R::select(met, newton.predictor.dh_dstretch[at], zero);
+        predictor.force_share[i] = R::select(met, newton.predictor.force_share[at], zero);
     }
-    let residual = joint.yarn[0].force - joint.yarn[1].force;
-    let [pivot, other] = joint.yarn;
-    let mut best = CellPoint { pivot, other, other_height: joint.height[1], residual, slope: n.one() };
+    let residual = newton.yarn[0].force - newton.yarn[1].force;
+    let [pivot, other] = newton.yarn;
+    let mut best = CellPoint { pivot, other, other_height: newton.height[1], residual, slope: n.one() };
     if active.any() {
         (x, best) = safeguarded::<R, L>(cell, &span, x, best, &mut active, &mut iterations);
     }
     let force = best.pivot.real_force();
-    let residual = (force - best.other.real_force()).abs() + joint.bound;
+    let residual = (force - best.other.real_force()).abs() + newton.bound;
     let straight = each!(i in 2 => cell.yarn[i].straight(stretch[i]));
     let mut out = Equilibrium {
         tension: [zero; 2],
         in_plane: [zero; 2],
         strain: straight,
         height: [zero; 2],
-        guide,
+        predictor,
         force: R::select(pressing, force, zero),
         residual: R::select(pressing, residual, zero),
         iterations,
@@ -179,7 +179,7 @@ fn solve_from<R: Real, L: LawKernel>(
     out
 }
 
-/// Solves the cells of `active` by the bracketed iteration, the pivot's height from `x`; the rest keep what is `best`.
+/// Solves the cells of `active` by the safeguarded iteration, the pivot's height from `x`; the rest keep what is `best`.
 #[inline(always)]
 fn safeguarded<R: Real, L: LawKernel>(
     cell: &UnitCellParameters<R>,
@@ -223,8 +223,8 @@ fn safeguarded<R: Real, L: LawKernel>(
         let above_end = high.le(newton);
         let newton = R::select(below_end, R::select(low_seen, middle, low), newton);
         let newton = R::select(above_end, R::select(high_seen, middle, high), newton);
-        let unseen = R::select(above, R::select(low_seen, middle, low), R::select(high_seen, middle, high));
-        let next = R::select(slow, unseen, newton);
+        let roundoff = R::select(above, R::select(low_seen, middle, low), R::select(high_seen, middle, high));
+        let next = R::select(slow, roundoff, newton);
         x = R::select(*active, next, x);
         best = CellPoint::select(*active, CellPoint::at::<L>(cell, span, x), best);
         *iterations = *iterations + R::select(*active, n.one(), zero);

@@ -26,7 +26,7 @@ pub struct ElementConstants<R> {
     /// 1 over the stretch that a front adds while it crosses an element, and from which the viscosity of the whole length acts, over the
     /// coefficient of the viscosity [-].
     pub per_steep: R,
-    /// What |q|² has in Λ² [-]: ⅓ where stretches are means over the element, 0 where they are those at its centre.
+    /// Share of |q|² in Λ² [-]: ⅓ where stretches are means over the element, 0 where they are those at its centre.
     pub mode_share: R,
     /// Crossovers per element, and element area [m²], for energies.
     pub cells: R,
@@ -35,22 +35,27 @@ pub struct ElementConstants<R> {
 }
 
 impl<S: Scalar> ElementConstants<S> {
-    /// The same constants in every lane of numbers like `n`.
+    /// Constants in every lane of numbers like `n`.
     pub fn spread<R: Real<Scalar = S>>(&self, n: R) -> ElementConstants<R> {
-        let all = |value: S| n.broadcast(value);
+        self.map(self.cell.spread(n), |value| n.broadcast(value))
+    }
+
+    /// Constants in other numbers, with the unit cell as they see it.
+    pub(crate) fn map<R>(&self, cell: UnitCellParameters<R>, to: impl Fn(S) -> R) -> ElementConstants<R> {
+        let pair = |values: [S; 2]| values.map(&to);
         ElementConstants {
-            cell: self.cell.spread(n),
-            shear: self.shear.spread(n),
-            gradient: self.gradient.map(all),
-            membrane: self.membrane.map(all),
-            half_length: self.half_length.map(all),
-            hourglass: self.hourglass.map(all),
-            viscosity: self.viscosity.map(all),
-            viscous_length: self.viscous_length.map(all),
-            per_steep: all(self.per_steep),
-            mode_share: all(self.mode_share),
-            cells: all(self.cells),
-            area: all(self.area),
+            cell,
+            shear: self.shear.map(&to),
+            gradient: pair(self.gradient),
+            membrane: pair(self.membrane),
+            half_length: pair(self.half_length),
+            hourglass: pair(self.hourglass),
+            viscosity: pair(self.viscosity),
+            viscous_length: pair(self.viscous_length),
+            per_steep: to(self.per_steep),
+            mode_share: to(self.mode_share),
+            cells: to(self.cells),
+            area: to(self.area),
         }
     }
 }
@@ -93,7 +98,7 @@ impl<R: Real> ElementGeometry<R> {
         }
     }
 
-    /// The same for elements as long as `width` of the finest.
+    /// Elements as long as `width` of the finest, as high as these.
     #[inline(always)]
     pub(crate) fn of_columns(&self, width: R, per_width: R) -> Self {
         Self {

@@ -8,7 +8,7 @@
 use crate::num::scalar::{Real, each};
 use crate::physics::element_geometry::ElementGeometry;
 
-/// What one element is before forces: gradients, stretches and directions.
+/// Gradients, stretches and directions of an element.
 pub(crate) struct Kinematics<R> {
     /// Λ − 1 [-].
     pub(crate) extension: [R; 2],
@@ -20,7 +20,7 @@ pub(crate) struct Kinematics<R> {
     pub(crate) per_mode: [R; 2],
     /// 1/Λ [-].
     pub(crate) per_stretch: [R; 2],
-    /// Of the shear angle.
+    /// Sine of the shear angle.
     pub(crate) sine: R,
 }
 
@@ -74,12 +74,12 @@ pub(crate) fn kinematics<R: Real>(c: &ElementGeometry<R>, u: [&Vector<R>; 3]) ->
     }
 }
 
-/// What a step moved along warp and weft.
+/// Growth along warp and weft in a step.
 pub(crate) struct Growth<R> {
-    /// Of the gradient at the centre, along the yarn [-], and its square.
+    /// Growth of the gradient at the centre, along the yarn [-], and its square.
     pub(crate) along: [R; 2],
     pub(crate) square: [R; 2],
-    /// The same with q, the part of the hourglass mode.
+    /// Growth with q, the part of the hourglass mode.
     pub(crate) whole: [R; 2],
     pub(crate) whole_square: [R; 2],
 }
@@ -103,7 +103,7 @@ impl<R: Real> Growth<R> {
         }
     }
 
-    /// What the stretches have grown by, to second order.
+    /// Growth of the stretches, to second order.
     #[inline(always)]
     pub(crate) fn stretching(&self, k: &Kinematics<R>) -> [R; 2] {
         each!(i in 2 => {

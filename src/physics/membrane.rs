@@ -45,7 +45,7 @@ pub(crate) fn trellis_shear<R: Real>(c: &ShearConstants<R>, k: &Kinematics<R>, w
 }
 
 impl<R: Real> FadedShear<R> {
-    /// It where `mask` is true, nothing elsewhere.
+    /// Shear where `mask` is true, nothing elsewhere.
     #[inline(always)]
     pub(crate) fn only(&self, mask: R::Mask) -> Self {
         let zero = self.slope.zero();
@@ -59,11 +59,11 @@ impl<R: Real> FadedShear<R> {
 pub(crate) fn membrane<R: Real>(
     c: &ElementGeometry<R>,
     k: &Kinematics<R>,
-    pull: &[R; 2],
+    in_plane: &[R; 2],
     shear: Option<&FadedShear<R>>,
 ) -> (Vector<R>, Vector<R>) {
     let [e1, e2] = k.direction;
-    let (n1, n2) = (pull[0] * c.membrane[0], pull[1] * c.membrane[1]);
+    let (n1, n2) = (in_plane[0] * c.membrane[0], in_plane[1] * c.membrane[1]);
     let Some(shear) = shear else {
         return (each!(a in 3 => n1 * e1[a]), each!(a in 3 => n2 * e2[a]));
     };
@@ -77,17 +77,17 @@ pub(crate) fn membrane<R: Real>(
     )
 }
 
-/// Force on the difference of opposite edges [N], which corners have with the signs of the hourglass mode. `pull`: in-plane forces of the
+/// Force on the difference of opposite edges [N], which corners have with the signs of the hourglass mode. `in_plane`: in-plane forces of the
 /// yarns without shock viscosity, which acts along the yarn at the centre alone.
 #[inline(always)]
 pub(crate) fn mode_force<R: Real>(
     c: &ElementGeometry<R>,
     k: &Kinematics<R>,
-    pull: &[R; 2],
+    in_plane: &[R; 2],
     shear: Option<&FadedShear<R>>,
 ) -> Vector<R> {
     let along = each!(i in 2 => {
-        let n = pull[i] * c.membrane[i];
+        let n = in_plane[i] * c.membrane[i];
         match shear {
             // The sine of the shear angle falls as the stretch grows.
             Some(shear) => c.half_length[i].fused(shear.along[i] - shear.slope * k.per_stretch[i] * k.sine, n),

@@ -11,7 +11,7 @@ impl MirrorPlanes {
     /// No plane: the whole scene is computed.
     pub const NONE: Self = Self([false; 2]);
 
-    /// How many parts like the one computed make the whole.
+    /// Number of parts like the one computed that make the whole.
     pub fn copies(self) -> u64 {
         self.0.iter().map(|plane| if *plane { 2 } else { 1 }).product()
     }

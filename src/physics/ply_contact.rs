@@ -13,7 +13,7 @@ use crate::num::scalar::{Real, each};
 use crate::physics::mirror_planes::Cut;
 
 /// Most of a penetration that is driven out in a step [-]. Plies pressed on each other for long are driven apart in every step, each
-/// of which stretches yarns by ½ k x² that nobody accounts for: a fifth made 1.6 % of the energy of a corner hit.
+/// of which stretches yarns by ½ k x² without account: a fifth made 1.6 % of the energy of a corner hit.
 pub const POSITION_CORRECTION: f64 = 0.05;
 /// Time in which a penetration is driven out, were it left alone [s]. Yarns of plies held close to the hit pull nodes back at once, and each
 /// step's work against them is lost in contact: with short steps and no such time a corner hit gained 6.6 % of its energy (benches/NOTES.md).
@@ -22,10 +22,10 @@ pub const RECOVERY_TIME: f64 = 3.5e-6;
 pub const DEEP_RECOVERY: f64 = 0.15;
 /// See [`DEEP_RECOVERY`]; over the thickness.
 pub const DEEP: f64 = 0.5;
-/// Largest speed at which a node is driven out [m/s]. Moving it strains the yarns beyond what the work of their forces tells, by the square of
+/// Largest speed at which a node is driven out [m/s]. Moving it strains the yarns beyond the work of their forces, by the square of
 /// this speed.
 pub const RECOVERY_SPEED: f64 = 30.0;
-/// So many times that speed more for every thickness beyond [`NEAR_MIDDLE`].
+/// Multiple of that speed more for every thickness beyond [`NEAR_MIDDLE`].
 pub const DEEP_SPEED: f64 = 30.0;
 /// A node is about to pass the mid-plane here; over the thickness.
 pub const NEAR_MIDDLE: f64 = 0.8;
@@ -35,7 +35,7 @@ pub const PASSED: f64 = 1.2;
 pub const PASSED_SPEED: f64 = 6.0;
 /// No node is driven out faster [m/s].
 pub const FASTEST: f64 = RECOVERY_SPEED * (1.0 + DEEP_SPEED * (PASSED - NEAR_MIDDLE));
-/// Depth that is let be, over the thickness: rounding of places is no penetration.
+/// Depth that is left, over the thickness [-]: rounding of places is no penetration.
 pub const SLOP: f64 = 1e-4;
 /// Steps over neighbouring cells a node may take in one time step.
 pub const WALK: usize = 4;
@@ -99,7 +99,7 @@ pub fn is_apart(corner: &[Vector3<f64>; 4], point: &Vector3<f64>, sign: f64, tou
     within(0) && within(1) && within(2) && within(3)
 }
 
-/// How much nearer to the bounds of [`is_apart`] than allowed a point may be to be certainly apart [-].
+/// Part of the bounds of [`is_apart`] within which a point is certainly apart [-].
 const CERTAIN: f64 = 0.9;
 /// Roundings that may add up in a gap.
 const ROUNDINGS: f64 = 8.0;
@@ -113,7 +113,7 @@ pub struct Clearance<R> {
     pub distance: R,
     /// Least gap of a point over a level cell [m].
     room: R,
-    /// Of a difference of gaps; of a gap.
+    /// Rounding factors of a difference of gaps, and of a gap [-].
     more: R,
     less: R,
     /// Over the area of a cell: of the square of a difference of gaps; of twice the triangle of a point and an edge.
@@ -194,7 +194,7 @@ impl<R: Real> Surface<R> {
         [(cc * p - ac * q) / *square, (aa * q - ac * p) / *square]
     }
 
-    /// What lies `arm` from the centre, as seen by a flat cell. The twist of the cell is small: one correction.
+    /// Arm from the centre, as seen by a flat cell. The twist of the cell is small: one correction.
     #[inline(always)]
     fn untwisted(&self, arm: &PackVector<R>, [x, y]: [R; 2]) -> PackVector<R> {
         let by = x * y;
@@ -314,7 +314,7 @@ pub(crate) fn next_cell([row, column]: [usize; 2], at: [f64; 2], rows: usize, co
     [step(row, at[1], rows), step(column, at[0], columns)]
 }
 
-/// Whether a cell of a ply of so many rows and columns carries a node with this foot. An outermost cell carries it a little
+/// Whether a cell of a ply of `rows` and `columns` carries a node with this foot. An outermost cell carries it a little
 /// beyond the ply's edge, but not where mirror planes `cut` X, Y: there the ply goes on.
 #[inline]
 pub fn is_over(at: [f64; 2], [row, column]: [usize; 2], rows: usize, columns: usize, cut: [Cut; 2]) -> bool {
@@ -375,19 +375,19 @@ pub fn recovery(gap: f64, thickness: f64, along: f64, dt: f64) -> f64 {
 /// Impulse of one contact on its node [N·s]: along the push and across it.
 ///
 /// `velocity` of the node relative to the surface [m/s], `push` the unit vector along which the node is driven out,
-/// `limit` the least velocity along it, `kappa` the inertia the contact meets [kg].
+/// `limit` the least velocity along it, `effective_mass` the inertia the contact meets [kg].
 #[inline]
 pub fn impulse(
     velocity: &Vector3<f64>,
     push: &Vector3<f64>,
     limit: f64,
-    kappa: f64,
+    effective_mass: f64,
     friction: f64,
 ) -> (f64, Vector3<f64>) {
     let along = velocity.dot(push);
-    let normal = (kappa * (limit - along)).max(0.0);
+    let normal = (effective_mass * (limit - along)).max(0.0);
     let slide = velocity - push * along;
-    let stick = slide * -kappa;
+    let stick = slide * -effective_mass;
     let most = friction * normal;
     let size = stick.norm();
     (normal, if size > most { stick * (most / size) } else { stick })

@@ -153,7 +153,7 @@ pub fn gap<R: Scalar>(profile: &Outline<R>, point: [R; 3]) -> SignedDistance<R> 
     SignedDistance { distance: signed - profile.radius, normal }
 }
 
-/// How far the nose lies behind its foremost plane beside this point, along the axis [m]: 0 but for a chisel.
+/// Depth of the nose behind its foremost plane beside this point, along the axis [m]: 0 but for a chisel.
 #[inline(always)]
 pub fn recess<R: Scalar>(profile: &Outline<R>, point: [R; 3]) -> R {
     profile.chisel.as_ref().map_or(R::splat(0.0), |chisel| chisel.recess(point))
@@ -229,23 +229,23 @@ impl<R: Scalar> Outline<R> {
 /// Newton steps for the nearest point of the ellipse in which a flat meets the wall; four reach double precision.
 pub const ELLIPSE_STEPS: usize = 5;
 
-/// What turns the flat nose of a cylinder into a chisel. The strip that is left lies along the body's x axis.
+/// Flats that turn the flat nose of a cylinder into a chisel. The strip that is left lies along the body's x axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Chisel<R> {
     /// Half the width of the strip, along y [m].
     pub half: R,
     /// Sine of the angle between strip and flats.
     pub sine: R,
-    /// Its cosine.
+    /// Cosine of that angle.
     pub cosine: R,
-    /// Its tangent.
+    /// Tangent of that angle.
     pub slope: R,
     /// Half the length of the strip's sides, along x [m].
     pub corner: R,
 }
 
 impl<R: Scalar> Chisel<R> {
-    /// How far the nose lies behind the strip beside this point, along the axis [m].
+    /// Depth of the nose behind the strip beside this point, along the axis [m].
     #[inline(always)]
     pub fn recess(&self, point: [R; 3]) -> R {
         ((point[1].abs() - self.half) * self.slope).max(R::splat(0.0))

@@ -29,7 +29,7 @@ pub struct RigidBody {
     pub position: Vector3<f64>,
     /// Body frame to world; the body's z axis points to the nose, a chisel edge lies along its x axis.
     pub orientation: UnitQuaternion<f64>,
-    /// Of the centre of mass [m/s].
+    /// Velocity of the centre of mass [m/s].
     pub velocity: Vector3<f64>,
     /// About the centre of mass, world frame [kg·m²/s].
     pub angular_momentum: Vector3<f64>,
@@ -44,7 +44,7 @@ pub struct RigidBody {
 /// Velocities of a body's material at one time.
 #[derive(Clone, Copy, Debug)]
 pub struct Twist {
-    /// Of the centre of mass [m/s].
+    /// Velocity of the centre of mass [m/s].
     pub velocity: Vector3<f64>,
     /// World frame [rad/s].
     pub spin: Vector3<f64>,
@@ -160,7 +160,7 @@ impl RigidBody {
         0.5 * self.mass * self.velocity.norm_squared()
     }
 
-    /// How the body moves now.
+    /// Velocities of the body's material now.
     pub fn twist(&self) -> Twist {
         Twist { velocity: self.velocity, spin: self.angular_velocity() }
     }

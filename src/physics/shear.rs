@@ -2,6 +2,7 @@
 //!
 //! G is the tangent modulus, so the shear resultant is q = t·∫G dγ: odd in γ and continuous where locking begins and ends.
 
+use crate::case::ShearModulus;
 use crate::num::scalar::{Mask, Real, Scalar, is_double};
 
 /// asin(x)/x as a polynomial in x² on |x| ≤ ½, highest power first: Chebyshev fit, error 2e-17.
@@ -21,7 +22,7 @@ pub(crate) const ARC_SINE: [f64; 13] = [
     1.0,
 ];
 
-/// The same for single precision: error 3e-10.
+/// Coefficients for single precision: error 3e-10.
 pub const ARC_SINE_SINGLE: [f64; 7] = [
     0.037_677_139_309_900_15,
     0.014_295_255_316_288_355,
@@ -50,15 +51,8 @@ pub struct ShearConstants<R> {
 impl<S: Scalar> ShearConstants<S> {
     /// Constants of `shear` for a fabric of the given thickness [m]; without shear all zero.
     pub fn new(shear: Option<&crate::case::Shear>, thickness: f64) -> Self {
-        let Some(shear) = shear else {
-            return Self {
-                g1: S::splat(0.0),
-                rise: S::splat(0.0),
-                gamma1: S::splat(0.0),
-                ramp: S::splat(0.0),
-                slope: S::splat(0.0),
-            };
-        };
+        let none = crate::case::Shear { g1: 0.0, g2: 0.0, gamma1: 0.0, gamma2: 0.0, modulus: ShearModulus::Tangent };
+        let shear = shear.unwrap_or(&none);
         let rise = (shear.g2 - shear.g1) * thickness;
         let ramp = shear.gamma2 - shear.gamma1;
         Self {
@@ -72,17 +66,8 @@ impl<S: Scalar> ShearConstants<S> {
 }
 
 impl<S: Scalar> ShearConstants<S> {
-    /// The same constants in another precision.
-    pub fn cast<T: Scalar>(&self) -> ShearConstants<T> {
-        self.map(|value| T::splat(value.to_f64()))
-    }
-
-    /// The same constants in every lane of numbers like `n`.
-    pub fn spread<R: Real<Scalar = S>>(&self, n: R) -> ShearConstants<R> {
-        self.map(|value| n.broadcast(value))
-    }
-
-    fn map<R>(&self, to: impl Fn(S) -> R) -> ShearConstants<R> {
+    /// Constants in other numbers.
+    pub(crate) fn map<R>(&self, to: impl Fn(S) -> R) -> ShearConstants<R> {
         ShearConstants {
             g1: to(self.g1),
             rise: to(self.rise),

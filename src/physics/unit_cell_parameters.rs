@@ -8,9 +8,9 @@ use crate::physics::yarn_law::{LawKernel, YarnConstants};
 /// Stands for the failure strain of a yarn that does not break.
 pub(crate) const NEVER: f64 = 1e30;
 
-/// What the length of a yarn over its span may be off by: less than it rounds to.
+/// Truncation error of the length of a yarn over its span [-]: less than it rounds to.
 const TRUNCATION: f64 = 1e-17;
-/// The same in single precision.
+/// Truncation error in single precision [-].
 const SINGLE_TRUNCATION: f64 = 1e-10;
 
 /// Constants of the unit cell, rounded to the number type that uses them.
@@ -28,7 +28,7 @@ pub struct UnitCellParameters<R> {
     pub per_b: R,
     /// Least stiffness of a contact force that Newton's steps reckon with [N/m].
     pub min_stiffness: R,
-    /// What a contact force may round to [N]; nothing in double precision.
+    /// Rounding of a contact force [N]; 0 in double precision.
     pub roundoff_tolerance: R,
     /// Index of the yarn whose height is the unknown: the softer one.
     pub pivot: usize,
@@ -121,7 +121,7 @@ impl<S: Scalar> UnitCellParameters<S> {
         Self { yarn, roundoff_tolerance: noise, tolerance: S::splat(tolerance), ..cast }
     }
 
-    /// The same constants in every lane of numbers like `n`.
+    /// Constants in every lane of numbers like `n`.
     pub fn spread<R: Real<Scalar = S>>(&self, n: R) -> UnitCellParameters<R> {
         self.map(|value| n.broadcast(value))
     }

@@ -84,7 +84,7 @@ impl<R: Real> YarnResponse<R> {
     }
 }
 
-/// What of a yarn's response depends on its stretch alone.
+/// Part of a yarn's response that depends on its stretch alone.
 #[derive(Clone, Copy, Debug)]
 pub struct StretchResponse<R> {
     /// Λ − 1 [-].
@@ -107,7 +107,7 @@ impl<R: Real> StretchResponse<R> {
 
 /// Which formulas a law uses; resolved at compile time.
 pub trait LawKernel: Copy + Send + Sync + 'static {
-    /// What depends on the stretch Λ = 1 + `stretch` alone.
+    /// Part of the response that depends on the stretch Λ = 1 + `stretch` alone.
     #[inline(always)]
     fn span<R: Real>(yarn: &YarnConstants<R>, stretch: R) -> StretchResponse<R> {
         let length = (stretch.one() + stretch).max(stretch.splat_like(SHORTEST));

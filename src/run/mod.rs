@@ -1,33 +1,34 @@
-//! A run: the host loop, the same for every backend, and what it measures on the way.
+//! Run of a case: the host loop, the same for every backend, and its results.
 //!
-//! - [`run`] takes a case to a [`Run`]. `options` says how, `result` what comes out.
-//! - A backend computes: `processor`, or `graphics` on a device. It takes steps, shows its state, and saves itself.
-//! - `record` is what a run has produced so far, and when the next record is due; [`outcome`] decides what became of the
-//!   projectile, `pieces` and `deflection` what fabric hangs on, [`profile`] reads deflection and waves along a yarn.
-//! - [`Observer`] is who follows a run: progress, [`frame`]s, [`checkpoint`]s.
+//! - [`run`] takes a case to a [`Run`]. `options` and `result` are what goes in and what comes out.
+//! - A backend takes the steps: [`Simulation`] on the processor, `device` on a graphics processor, where `batch` computes many shots at a
+//!   time. Both keep the same `record`.
+//! - [`outcome`] decides what became of the projectile, `attachment` which fabric still holds; [`profile`] reads deflection and waves along
+//!   a yarn.
+//! - An [`Observer`] follows a run: progress, [`frame`]s, [`checkpoint`]s.
 
-mod backend;
-pub mod checkpoint;
-mod deflection;
-mod due;
-pub mod frame;
+mod attachment;
 #[cfg(feature = "gpu")]
 #[doc(hidden)]
-pub mod graphics;
-#[cfg(not(feature = "gpu"))]
-#[path = "graphics/absent.rs"]
-mod graphics;
+pub mod batch;
+pub mod checkpoint;
+#[cfg(feature = "gpu")]
+#[doc(hidden)]
+pub mod device;
+#[cfg(feature = "gpu")]
+mod device_shot;
+pub mod frame;
 mod observer;
 mod options;
 #[doc(hidden)]
 pub mod outcome;
-pub(crate) mod pieces;
 mod processor;
 pub mod profile;
 mod record;
 mod result;
 
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
 
 use tracing::info_span;
 
@@ -35,29 +36,29 @@ use crate::case::Case;
 pub use crate::model::ModelError;
 pub use crate::model::features::Features;
 pub use crate::physics::mirror_planes::MirrorPlanes;
-use crate::run::checkpoint::LoopClock;
 pub use crate::solver::energy_balance::{Balance, PlyMoment};
 pub use crate::solver::{Divergence, FailureEvent};
-use backend::Backend;
+pub(crate) use attachment::attached;
 #[doc(hidden)]
 pub use observer::RunScalar;
-pub use observer::{Observer, View};
+pub use observer::{Observer, Progress, View};
 pub use options::{Options, Precision, RunError, Skips};
 pub use outcome::Outcome;
 #[doc(hidden)]
 pub use processor::Simulation;
-pub use result::{NewtonStatistics, PlySample, Progress, Run, Sample};
+use record::RunRecord;
+pub use result::{NewtonStatistics, PlySample, Run, Sample};
 
-/// Runs a case, until its end or until `interrupt` is raised; `watch` follows it. [`Case::run`] and [`Options::run`] are shorter.
+/// Runs a case, until its end or until `interrupt` is raised. [`Case::run`] and [`Options::run`] are shorter.
 ///
 /// # Errors
 /// When the case cannot become a model, or the device cannot hold it. A run that becomes unstable is a [`Run`] with
-/// `trouble`, one whose device was lost a [`Run`] with `lost`.
+/// `divergence`, one whose device was lost a [`Run`] with `lost`.
 pub fn run(
     case: &Case,
     options: Options<'_>,
     interrupt: &AtomicBool,
-    watch: &mut dyn Observer,
+    observer: &mut dyn Observer,
 ) -> Result<Run, RunError> {
     let threads = options.threads.unwrap_or(0);
     let pool = rayon::ThreadPoolBuilder::new()
@@ -70,34 +71,67 @@ pub fn run(
     }
     let span = info_span!("run", case = case.name.as_str());
     let run = || {
-        let clock = options.from.map_or_else(LoopClock::default, LoopClock::after);
+        let (start, before) = (Instant::now(), options.from.map_or(0.0, |from| from.header().spent.r#loop));
+        // Time in the loop so far, of all parts of the run [s].
+        let seconds = || before + start.elapsed().as_secs_f64();
         Ok(match (options.device, options.precision) {
-            (Some(device), _) => graphics::run(case, device, &options, &clock, interrupt, watch)?,
-            (None, Precision::F64) => drive(Simulation::<f64>::open(case, &options)?, case, &clock, interrupt, watch),
-            (None, Precision::F32) => drive(Simulation::<f32>::open(case, &options)?, case, &clock, interrupt, watch),
+            #[cfg(feature = "gpu")]
+            (Some(device), _) => {
+                let simulation = device::DeviceSimulation::open(case, device, &options)?;
+                drive(simulation, case, &seconds, interrupt, observer)
+            }
+            #[cfg(not(feature = "gpu"))]
+            (Some(device), _) => match *device {},
+            (None, Precision::F64) => {
+                drive(Simulation::<f64>::open(case, &options)?, case, &seconds, interrupt, observer)
+            }
+            (None, Precision::F32) => {
+                drive(Simulation::<f32>::open(case, &options)?, case, &seconds, interrupt, observer)
+            }
         })
     };
     pool.install(|| span.in_scope(run))
 }
 
-/// The host loop: steps, until the run is over or the user ends it.
+/// A run in progress, as the host loop drives it.
+trait Backend {
+    /// Whether the last step taken ends the run.
+    fn is_finished(&self, case: &Case) -> bool;
+    /// Time of the positions that the next step begins from, and time step [s].
+    fn clock(&self) -> [f64; 2];
+    /// Record of the run so far.
+    fn record(&mut self) -> &mut RunRecord;
+    /// Takes one step, or a batch of them. The observer sees the state before a step where that is due. True where there is progress to show.
+    fn advance(&mut self, case: &Case, observer: &mut dyn Observer) -> bool;
+    /// Lets the observer save the run, unless it has not begun or its end is on the way. `loop_seconds`: time in the loop so far [s].
+    fn offer_checkpoint(&mut self, case: &Case, observer: &mut dyn Observer, loop_seconds: f64);
+    /// Shows the observer the state after the last step.
+    fn show_end(&mut self, observer: &mut dyn Observer);
+    /// Progress of the run.
+    fn progress(&self, case: &Case) -> Progress;
+    /// Results. `loop_seconds`: time spent in the loop [s].
+    fn finish(self, loop_seconds: f64) -> Run;
+}
+
+/// Host loop: steps, until the run is over or the user ends it.
 fn drive(
     mut backend: impl Backend,
     case: &Case,
-    clock: &LoopClock,
+    seconds: &dyn Fn() -> f64,
     interrupt: &AtomicBool,
-    watch: &mut dyn Observer,
+    observer: &mut dyn Observer,
 ) -> Run {
     while !backend.is_finished(case) {
-        let ends = interrupt.load(Ordering::Relaxed) && !backend.record().interrupted;
-        if ends || watch.checkpoint_due(backend.next_time(), backend.time_step()) {
-            backend.keep(case, watch, clock.seconds());
+        let [time, dt] = backend.clock();
+        let ends = interrupt.load(Ordering::Relaxed) && !backend.record().run.interrupted;
+        if ends || observer.checkpoint_due(time, dt) {
+            backend.offer_checkpoint(case, observer, seconds());
         }
-        backend.record().interrupted |= ends;
-        if backend.advance(case, watch) {
-            watch.on_progress(&backend.progress(case));
+        backend.record().run.interrupted |= ends;
+        if backend.advance(case, observer) {
+            observer.on_progress(&backend.progress(case));
         }
     }
-    backend.show_end(watch);
-    backend.finish(clock.seconds())
+    backend.show_end(observer);
+    backend.finish(seconds())
 }

@@ -1,38 +1,56 @@
-//! Whoever follows a run, and what there is to see.
+//! Observers of a run, and the view they get of it.
 
 use std::sync::Arc;
 
+use serde::{Serialize, de::DeserializeOwned};
+
 use crate::model::Model;
-use crate::run::Progress;
 use crate::run::checkpoint::Checkpointable;
 use crate::solver::row_kernels::KernelScalar;
 use crate::solver::state::State;
 
-/// Follows a run. Called on the thread that drives it, so whatever takes long belongs on another.
+/// Progress of a run.
+#[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
+pub struct Progress {
+    /// Time of the positions [s].
+    pub time: f64,
+    /// End of the run [s].
+    pub end_time: f64,
+    /// Velocity of the projectile along its line of flight [m/s].
+    pub velocity: f64,
+    /// Yarns failed.
+    pub failed: u64,
+    /// Steps done.
+    pub steps: u64,
+    /// Elements.
+    pub elements: usize,
+}
+
+/// Observer of a run. It is called on the thread that drives the run, so whatever takes long belongs on another.
 ///
 /// A closure that takes [`Progress`] follows progress alone, `()` nothing at all.
 pub trait Observer: Send {
-    /// Rows of the history have been added.
-    fn on_progress(&mut self, _at: &Progress) {}
-    /// Whether it wants to look at the positions at `time` [s], `dt` [s] after the last. Nothing but time may decide, and what it
-    /// has looked at: it is also asked about times to come.
+    /// Called when rows of the history have been added.
+    fn on_progress(&mut self, _progress: &Progress) {}
+    /// Whether it wants the state at `time` [s], `dt` [s] after the last. Nothing but time may decide, and the states it has taken: it is also
+    /// asked about times to come.
     fn snapshot_due(&self, _time: f64, _dt: f64) -> bool {
         false
     }
-    /// The state at a time that is due, before the next step.
+    /// Called with the state at a time that is due, before the next step.
     fn on_snapshot(&mut self, _view: &View<'_>) {}
-    /// The state after the last step. A device that has run past the end of the run has none.
+    /// Called with the state after the last step. A device that has run past the end of the run has none.
     fn on_end(&mut self, _view: &View<'_>) {}
-    /// Whether it wants to keep the run as it is before the step from `time` [s], `dt` [s] long. Nothing but time may decide, and
-    /// what it has kept.
+    /// Whether it wants to save the run before the step from `time` [s], `dt` [s] long. Nothing but time may decide, and what it has saved.
     fn checkpoint_due(&self, _time: f64, _dt: f64) -> bool {
         false
     }
-    /// The run at a time that it wants to keep, or before the user ends it. `loop_seconds`: time in the loop so far [s].
+    /// Called with the run at a time when it wants to save it, or before the user ends it. `loop_seconds`: time in the loop so far [s].
     fn on_checkpoint(&mut self, _run: &dyn Checkpointable, _loop_seconds: f64) {}
 }
 
-/// The model, and a state of it, for a watcher to look at. What is in it may change with any release: a
+/// Model and state, for an observer to look at. Its contents may change with any release: a
 /// [`SnapshotTaker`](crate::run::frame::SnapshotTaker) makes a frame of it.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
@@ -64,9 +82,9 @@ impl View<'_> {
     }
 }
 
-/// A precision that runs are computed in on the processor.
-pub trait RunScalar: KernelScalar {
-    /// The view of a state.
+/// Precision of runs on the processor.
+pub trait RunScalar: KernelScalar + Serialize + DeserializeOwned {
+    /// View of a state.
     fn view<'a>(model: &'a Arc<Model<Self>>, state: &'a State<Self>) -> View<'a>;
 }
 
@@ -85,7 +103,7 @@ impl RunScalar for f32 {
 impl Observer for () {}
 
 impl<F: FnMut(&Progress) + Send> Observer for F {
-    fn on_progress(&mut self, at: &Progress) {
-        self(at);
+    fn on_progress(&mut self, progress: &Progress) {
+        self(progress);
     }
 }

@@ -1,11 +1,11 @@
-//! How to run a case, and why a run may not start.
+//! Options of a run, and the reasons why one may not start.
 
 use std::sync::atomic::AtomicBool;
 
 use serde::{Deserialize, Serialize};
 
 use crate::case::Case;
-use crate::gpu::{self, DeviceError};
+use crate::gpu::{Device, DeviceError};
 use crate::model::ModelError;
 use crate::num::scalar::Scalar;
 use crate::run::checkpoint::{Checkpoint, CheckpointError};
@@ -31,14 +31,14 @@ impl Precision {
     }
 }
 
-/// What a run leaves out because it cannot change what is asked for; everything by default.
+/// Parts of a run that are left out because they cannot change what is asked for; all of them by default.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Skips {
-    /// What nothing has reached is at rest and is not computed.
+    /// Fabric that nothing has reached is at rest and is not computed.
     pub wavefront: bool,
-    /// Where the case asks for the outcome, or for a rebound, nothing is computed after it is known.
+    /// Nothing is computed after the outcome, or a rebound, is known where the case asks for no more.
     pub outcome: bool,
-    /// Of a scene that is its own mirror image, and whose case allows it, a half or a quarter is computed.
+    /// A scene that is its own mirror image, and whose case allows it, is computed by a half or a quarter.
     pub symmetry: bool,
 }
 
@@ -48,7 +48,7 @@ impl Skips {
     /// The whole scene is computed; nothing else is.
     pub const WHOLE: Self = Self { wavefront: true, outcome: true, symmetry: false };
 
-    /// The kinds that are switched off.
+    /// Kinds that are switched off.
     pub fn switched_off(self) -> Vec<&'static str> {
         let kinds = [("wavefront", self.wavefront), ("outcome", self.outcome), ("symmetry", self.symmetry)];
         kinds.into_iter().filter(|(_, on)| !on).map(|(name, _)| name).collect()
@@ -61,7 +61,7 @@ impl Default for Skips {
     }
 }
 
-/// How to run a case.
+/// Options of a run.
 ///
 /// ```
 /// # let case = ripstop::Case::builder("a ply").fabric(ripstop::BuiltInFabric::S720).size_mm(15.0, 15.0)
@@ -81,15 +81,15 @@ pub struct Options<'a> {
     /// Number type of the processor; a graphics processor computes in `f32`.
     pub precision: Precision,
     /// The graphics processor to run on; `None` takes the processor.
-    pub device: Option<&'a gpu::Device>,
-    /// What is left out.
+    pub device: Option<&'a Device>,
+    /// Skips of the run.
     pub skips: Skips,
     /// The checkpoint that the run goes on from; `None` begins at the beginning.
     pub from: Option<&'a Checkpoint>,
 }
 
 impl<'a> Options<'a> {
-    /// So many worker threads; `None`: all cores.
+    /// On this number of worker threads; `None`: all cores.
     pub fn threads(self, threads: impl Into<Option<usize>>) -> Self {
         Self { threads: threads.into(), ..self }
     }
@@ -100,11 +100,11 @@ impl<'a> Options<'a> {
     }
 
     /// On a graphics processor; `None`: on the processor.
-    pub fn device(self, device: impl Into<Option<&'a gpu::Device>>) -> Self {
+    pub fn device(self, device: impl Into<Option<&'a Device>>) -> Self {
         Self { device: device.into(), ..self }
     }
 
-    /// With only this left out.
+    /// With these skips.
     pub fn skips(self, skips: Skips) -> Self {
         Self { skips, ..self }
     }
@@ -119,15 +119,15 @@ impl<'a> Options<'a> {
     /// # Errors
     /// As [`crate::run::run`].
     pub fn run(self, case: &Case) -> Result<Run, RunError> {
-        self.watch(case, &mut ())
+        self.observe(case, &mut ())
     }
 
-    /// Runs a case with somebody who follows it.
+    /// Runs a case with an observer.
     ///
     /// # Errors
     /// As [`crate::run::run`].
-    pub fn watch(self, case: &Case, watch: &mut dyn Observer) -> Result<Run, RunError> {
-        run(case, self, &AtomicBool::new(false), watch)
+    pub fn observe(self, case: &Case, observer: &mut dyn Observer) -> Result<Run, RunError> {
+        run(case, self, &AtomicBool::new(false), observer)
     }
 }
 
@@ -141,7 +141,7 @@ impl Case {
     }
 }
 
-/// Why a run did not start.
+/// Reason why a run did not start.
 #[derive(Clone, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RunError {
@@ -151,9 +151,9 @@ pub enum RunError {
     /// The thread pool could not be made.
     #[error("cannot start {threads} worker threads: {reason}")]
     Threads {
-        /// Asked for.
+        /// Threads asked for.
         threads: usize,
-        /// What the system said.
+        /// Words of the system.
         reason: String,
     },
     /// The device cannot hold the case.

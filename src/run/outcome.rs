@@ -1,4 +1,4 @@
-//! What became of the projectile, by a written rule.
+//! Outcome of a shot, by a written rule.
 //!
 //! - **stopped**: its velocity along the pack's normal has come to that of what holds it, and what speed is left across it is below a
 //!   tenth of the impact speed. That velocity is zero (to a billionth of the impact speed) where an edge is clamped. A pack that nothing
@@ -15,8 +15,8 @@
 //! Fabric covers the projectile where an element lies ahead of it within its cross-section, with a yarn that runs on unbroken
 //! for one and a half diameters on both sides: plugs and flaps do not ([`covered`]).
 //!
-//! It can hold the projectile where the piece of fabric that lies ahead hangs on something ([`is_held`]). A piece is
-//! what unbroken yarns link, node by node; beside a break an element reaches from one to another. It hangs on a clamped
+//! It can hold the projectile where the piece of fabric that lies ahead is attached ([`is_held`]). A piece is
+//! what unbroken yarns link, node by node; beside a break an element reaches from one to another. It is attached to a clamped
 //! edge of its ply that it reaches. Of a ply without one, it is its own inertia that holds: the
 //! piece must be at least half of the ply, and not be faster than the projectile. So debris does not hold, however far
 //! ahead it flies, and a free ply does as long as it is pushed along. Where all that would hold is faster, the projectile has not
@@ -33,7 +33,7 @@ use crate::model::mesh::corners;
 use crate::num::scalar::Scalar;
 use crate::physics::projectile_shape::recess;
 use crate::physics::rigid_body::RigidBody;
-use crate::run::pieces;
+use crate::run::attachment;
 use crate::solver::state::State;
 use crate::solver::state::{node_position, row_positions};
 
@@ -44,7 +44,7 @@ const QUIET: f64 = 20e-6;
 const REST: f64 = 1e-9;
 
 /// Outcome of a shot.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Outcome {
     /// Through the pack.
@@ -54,11 +54,12 @@ pub enum Outcome {
     /// Thrown back or deflected.
     Rebounded,
     /// Not decided by the end of the run.
+    #[default]
     Running,
 }
 
 impl Outcome {
-    /// The word in `summary.json`.
+    /// Word in `summary.json`.
     pub fn word(self) -> &'static str {
         match self {
             Self::Perforated => "perforated",
@@ -69,7 +70,7 @@ impl Outcome {
     }
 }
 
-/// Follows the projectile from sample to sample.
+/// State of the projectile from sample to sample.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Tracker {
     impact_speed: f64,
@@ -79,9 +80,9 @@ pub struct Tracker {
     common: f64,
     window: VecDeque<(f64, f64)>,
     last: Option<(f64, f64)>,
-    /// When the velocity along the normal came to that of what holds [s].
+    /// Time at which the velocity along the normal came to that of the fabric that holds [s].
     pub stop_time: Option<f64>,
-    /// What has stopped it flies on, with it.
+    /// The fabric that has stopped it flies on, with it.
     pub carried: bool,
     /// Speed away from the pack, along its normal, of a projectile that flies back [m/s].
     pub rebound_velocity: Option<f64>,
@@ -118,7 +119,7 @@ impl Tracker {
     }
 
     /// Takes a sample: `time` [s], impulse on the fabric since the last one [N·s], whether the projectile has touched the fabric or a
-    /// yarn has failed, and a closure that tells whether fabric covers the projectile.
+    /// yarn has failed, whether fabric covers the projectile.
     pub fn update(&mut self, time: f64, body: &RigidBody, impulse: f64, met: bool, covered: impl Fn() -> bool) {
         if body.prescribed {
             return;
@@ -163,7 +164,7 @@ impl Tracker {
         self.outcome = if left > 0.1 * self.impact_speed { Outcome::Rebounded } else { Outcome::Stopped };
     }
 
-    /// Decides what is in doubt, if it can be now. `held` tells whether fabric that is no faster than a speed [m/s] covers the
+    /// Decides what is in doubt, if it can be now. `held`: whether fabric that is no faster than a speed [m/s] covers the
     /// projectile and can hold it. Where none does, the projectile has passed; where only faster fabric does, it is stopped.
     pub fn look(&mut self, time: f64, body: &RigidBody, held: impl Fn(f64) -> bool) {
         if held(body.velocity.z) {
@@ -194,17 +195,17 @@ pub fn covered<S: Scalar>(model: &Model<S>, state: &State<S>, body: &RigidBody, 
     covered_by(model, state, body, ply, |_, _| true)
 }
 
-/// Whether fabric of a ply covers the body and can still hold it: what covers hangs on an edge that is held, or is most of a
-/// ply that nothing holds and no faster than `speed` along the normal [m/s].
+/// Whether fabric of a ply covers the body and can still hold it: it is attached to a held edge, or most of a
+/// ply without one and no faster than `speed` along the normal [m/s].
 pub fn is_held<S: Scalar>(model: &Model<S>, state: &State<S>, body: &RigidBody, ply: usize, speed: f64) -> bool {
-    let hold = pieces::that_hold(model, state, ply, speed);
+    let hold = attachment::supporting(model, state, ply, speed);
     covered_by(model, state, body, ply, |cell, ahead| {
         let held = corners(cell).map(|(row, column)| hold(row, column));
         held.iter().zip(ahead).any(|(held, ahead)| *held && ahead) || (ahead[4] && held == [true; 4])
     })
 }
 
-/// Whether an element covers the body that `counts`: told are its row and column, and which of its corners, and its centre, lie ahead.
+/// Whether an element covers the body that `counts`, by its row and column and by which of its corners, and its centre, lie ahead.
 fn covered_by<S: Scalar>(
     model: &Model<S>,
     state: &State<S>,

@@ -1,30 +1,34 @@
-//! A run on the processor.
+//! Run on the processor.
 
+use std::borrow::Cow;
+use std::io::{self, Write};
 use std::sync::Arc;
 
-use nalgebra::Vector3;
+use nalgebra::{Quaternion, UnitQuaternion};
+use serde::{Deserialize, Serialize};
 
-use super::backend::Backend;
-use super::record::{Environment, RunRecord, SampleInput};
-use super::{Observer, Options, Progress, Run, RunError, RunScalar, Skips, View, outcome, pieces, profile};
+use super::checkpoint::{self, Checkpoint, Checkpointable, Header};
+use super::record::RunRecord;
+use super::{Backend, Observer, Options, Progress, Run, RunError, RunScalar, Skips, View, outcome};
 use crate::case::Case;
-use crate::model::{Model, ModelError};
-use crate::solver::divergence::{diagnose, excess, flying};
-use crate::solver::energy_balance::EnergyBalance;
+use crate::model::{Model, ModelError, layup};
+use crate::num::scalar::Scalar;
+use crate::physics::rigid_body::RigidBody;
+use crate::solver::active_region::ActiveRegion;
 use crate::solver::state::State;
-use crate::solver::state::{Given, given, set_up};
-use crate::solver::stopwatch::Phase;
-use crate::solver::{StepTotals, Stepper};
+use crate::solver::state::StepperState;
+use crate::solver::stopwatch::{Phase, Stopwatch};
+use crate::solver::{self, StepTotals, Stepper};
 
 /// A run in progress on the processor.
 pub struct Simulation<S: RunScalar> {
     /// Constant; of the part of the scene that is computed.
     pub model: Arc<Model<S>>,
-    /// Varies; as the model.
+    /// Varies; of the same part.
     pub state: State<S>,
-    pub(crate) stepper: Stepper<S>,
-    pub(crate) balance: EnergyBalance,
-    pub(crate) record: RunRecord,
+    stepper: Stepper<S>,
+    record: RunRecord,
+    /// The last step was sampled.
     sampled: bool,
 }
 
@@ -37,25 +41,17 @@ impl<S: RunScalar> Simulation<S> {
         Self::with_skips(case, Skips::WHOLE)
     }
 
-    /// Sets a case up without what `skips` leaves out.
+    /// Sets a case up with these skips.
     ///
     /// # Errors
     /// As [`Simulation::new`].
     pub fn with_skips(case: &Case, skips: Skips) -> Result<Self, ModelError> {
-        let (model, mut state) = set_up::<S>(case, skips.symmetry)?;
+        let (model, mut state) = solver::state::set_up::<S>(case, skips.symmetry)?;
         if !skips.wavefront {
             state.reach_everything(&model);
         }
-        let mut record = RunRecord::new(&model, state.body.as_ref());
-        record.skips = skips;
-        Ok(Self {
-            stepper: Stepper::new(&model),
-            record,
-            balance: EnergyBalance::of_part(model.planes),
-            model: Arc::new(model),
-            state,
-            sampled: false,
-        })
+        let (stepper, record) = (Stepper::new(&model), RunRecord::new(&model, state.body.as_ref(), skips));
+        Ok(Self { stepper, record, model: Arc::new(model), state, sampled: false })
     }
 
     /// A run that begins, or goes on from a checkpoint.
@@ -71,7 +67,7 @@ impl<S: RunScalar> Simulation<S> {
         self.state.step as f64 * self.model.dt
     }
 
-    /// What a watcher sees.
+    /// View for an observer.
     pub fn view(&self) -> View<'_> {
         S::view(&self.model, &self.state)
     }
@@ -79,72 +75,33 @@ impl<S: RunScalar> Simulation<S> {
     /// Whether the run is over: the last step taken was a sample, so that the history ends at the end.
     pub fn finished(&self, case: &Case) -> bool {
         let time_up = self.state.step > 0 && self.time() - self.model.dt >= case.solver.end_time;
-        self.sampled && (self.record.over() || time_up)
+        self.sampled && (self.record.is_over() || time_up)
     }
 
     /// One step; true if it was sampled.
     pub fn advance(&mut self, case: &Case) -> bool {
-        let time = self.time();
-        if self.record.profile_due(case, time, self.model.dt) {
-            self.record.profiles.push(profile::take(&self.model, &self.state, case, time));
-        }
-        if self.record.deflection_due(case, time, self.model.dt) {
-            let (model, state) = (&self.model, &self.state);
-            self.record.look_at_deflection(case, time, model.dt, |ply| pieces::hanging(model, state, ply));
-        }
-        let sample = self.record.sample_due(case, time, self.model.dt);
-        let before = self.state.body.as_ref().map(|b| (b.velocity, b.position));
-        let given = if self.state.step == 0 { given(&self.model, &self.state) } else { Given::default() };
-        let totals = self.stepper.step(&self.model, &mut self.state, &mut self.balance, sample);
-        self.record.add_step(&totals, &self.stepper.failures);
-        if self.record.history.is_empty() {
-            self.balance.begin(given);
-        }
-        if sample {
-            let impulse = Vector3::from(std::mem::take(&mut self.balance.contact_impulse));
-            let moment = SampleInput {
-                time,
-                dt: self.model.dt,
-                balance: self.balance.balance(),
-                impulse,
-                plies: self.balance.plies(),
-                body: self.state.body.as_ref().zip(before),
-            };
-            let (model, state) = (&self.model, &self.state);
-            let in_doubt = self.record.sample(case, &moment, |body, ply| outcome::covered(model, state, body, ply));
-            if let Some(body) = state.body.as_ref().filter(|_| in_doubt) {
-                self.record.look(case, body, |ply, speed| outcome::is_held(model, state, body, ply, speed));
+        Backend::advance(self, case, &mut ())
+    }
+
+    /// Ends a run whose numbers are no longer finite, or whose energy was never put in: kinetic, or at a sample of all kinds.
+    fn check_energy(&mut self, totals: &StepTotals, sample: bool) {
+        if self.record.run.divergence.is_none() {
+            let kinetic = totals.kinetic + solver::divergence::flying(self.state.body.as_ref());
+            if let Some(excess) = solver::divergence::excess(&self.record.balance, kinetic, sample) {
+                self.record.diagnose(&self.model, &self.state, excess);
             }
         }
-        self.sampled = sample;
-        self.watch(&totals, sample);
-        self.stepper.stopwatch.lap(Phase::Record);
-        sample
     }
 
-    /// Stops a run whose numbers are no longer finite or whose energy was never put in: kinetic, or at a sample of all kinds.
-    fn watch(&mut self, totals: &StepTotals, sample: bool) {
-        if self.record.divergence.is_some() {
-            return;
-        }
-        let kinetic = totals.kinetic + flying(self.state.body.as_ref());
-        let excess = excess(&self.balance, kinetic, sample);
-        let (model, state, available) = (&self.model, &self.state, self.balance.accounted_energy());
-        self.record.divergence = excess.map(|excess| diagnose(model, state, excess, available));
-    }
-
-    /// The result. `loop_seconds`: time spent in the loop [s].
+    /// Results. `loop_seconds`: time spent in the loop [s].
     pub fn into_run(self, loop_seconds: f64) -> Run {
-        let machine = Environment {
+        Run {
             backend: "cpu",
-            adapter: None,
             threads: rayon::current_num_threads(),
             precision: S::NAME,
-            loop_seconds,
-            host_seconds: None,
             kernel_seconds: self.stepper.stopwatch.seconds(),
-        };
-        self.record.into_run(&self.model, self.state.step, machine)
+            ..self.record.finish(&self.model, self.state.step, loop_seconds)
+        }
     }
 }
 
@@ -153,40 +110,153 @@ impl<S: RunScalar> Backend for Simulation<S> {
         self.finished(case)
     }
 
-    fn next_time(&self) -> f64 {
-        self.time()
-    }
-
-    fn time_step(&self) -> f64 {
-        self.model.dt
+    fn clock(&self) -> [f64; 2] {
+        [self.time(), self.model.dt]
     }
 
     fn record(&mut self) -> &mut RunRecord {
         &mut self.record
     }
 
-    fn advance(&mut self, case: &Case, watch: &mut dyn Observer) -> bool {
-        if watch.snapshot_due(self.time(), self.model.dt) {
-            watch.on_snapshot(&self.view());
+    fn advance(&mut self, case: &Case, observer: &mut dyn Observer) -> bool {
+        let time = self.time();
+        self.record.read_state(&self.model, &self.state, case, observer, time);
+        let sample = self.record.sample_due(case, time);
+        let before = self.state.body.as_ref().map(|b| (b.velocity, b.position));
+        if self.state.step == 0 {
+            self.record.given = solver::state::given(&self.model, &self.state);
         }
-        Self::advance(self, case)
+        let totals = self.stepper.step(&self.model, &mut self.state, &mut self.record.balance, sample);
+        self.record.add_step(&totals, &self.stepper.failures);
+        if sample {
+            let (model, state) = (&self.model, &self.state);
+            let covered = |body: &RigidBody, ply: usize| outcome::covered(model, state, body, ply);
+            if self.record.sample(case, time, state.body.as_ref().zip(before), covered) {
+                self.record.look(case, model, state);
+            }
+        }
+        self.sampled = sample;
+        self.check_energy(&totals, sample);
+        self.stepper.stopwatch.lap(Phase::Record);
+        sample
     }
 
-    fn keep(&mut self, _: &Case, watch: &mut dyn Observer, loop_seconds: f64) {
+    fn offer_checkpoint(&mut self, _: &Case, observer: &mut dyn Observer, loop_seconds: f64) {
         if self.state.step > 0 {
-            watch.on_checkpoint(self, loop_seconds);
+            observer.on_checkpoint(self, loop_seconds);
         }
     }
 
-    fn show_end(&mut self, watch: &mut dyn Observer) {
-        watch.on_end(&self.view());
+    fn show_end(&mut self, observer: &mut dyn Observer) {
+        observer.on_end(&self.view());
     }
 
     fn progress(&self, case: &Case) -> Progress {
-        self.record.progress(case, self.time(), self.state.step, self.model.whole_elements())
+        self.record.progress(case, self.time(), self.state.step)
     }
 
     fn finish(self, loop_seconds: f64) -> Run {
         self.into_run(loop_seconds)
     }
+}
+
+/// Everything that varies during a run on the processor.
+#[derive(Serialize, Deserialize)]
+#[serde(bound(serialize = "S: Serialize", deserialize = "S: Deserialize<'de>"))]
+struct SimulationState<'a, S: Clone> {
+    record: Cow<'a, RunRecord>,
+    stepper: StepperState,
+    stopwatch: Cow<'a, Stopwatch>,
+    body: Option<BodyMotion>,
+    active: Cow<'a, [ActiveRegion]>,
+    nodes: Cow<'a, [S]>,
+    elements: Cow<'a, [S]>,
+    over: Cow<'a, [u32]>,
+}
+
+/// Position [m], orientation (i, j, k, w), velocity [m/s] and angular momentum [kg·m²/s] of the projectile.
+type BodyMotion = ([f64; 3], [f64; 4], [f64; 3], [f64; 3]);
+
+impl<S: RunScalar> Checkpointable for Simulation<S> {
+    fn time(&self) -> f64 {
+        Self::time(self)
+    }
+
+    fn save(&self, header: &Header, observer: &[u8], to: &mut dyn Write) -> io::Result<()> {
+        let header = Header { step: self.state.step, time: self.time(), time_step: self.model.dt, ..header.clone() };
+        let motion = self.state.body.as_ref().map(|body| {
+            (body.position.into(), body.orientation.coords.into(), body.velocity.into(), body.angular_momentum.into())
+        });
+        let state = SimulationState {
+            record: Cow::Borrowed(&self.record),
+            stepper: self.stepper.memory(),
+            stopwatch: Cow::Borrowed(&self.stepper.stopwatch),
+            body: motion,
+            active: Cow::Borrowed(&self.state.active),
+            nodes: Cow::Borrowed(&self.state.nodes.data),
+            elements: Cow::Borrowed(&self.state.elements.data),
+            over: Cow::Borrowed(&self.state.over),
+        };
+        checkpoint::write(to, &header, observer, &state)
+    }
+}
+
+impl<S: RunScalar> Simulation<S> {
+    /// A run that goes on from a checkpoint, bit by bit as the one that wrote it.
+    ///
+    /// # Errors
+    /// When the case cannot become a model, or the checkpoint is not one of it.
+    pub fn resume(case: &Case, checkpoint: &Checkpoint) -> Result<Self, RunError> {
+        let mut simulation = Self::with_skips(case, checkpoint.header().skips)?;
+        simulation.state.step = checkpoint.header().step;
+        checkpoint.state(|state| simulation.restore(state))?;
+        Ok(simulation)
+    }
+
+    /// Puts what varies into its place; names the part that does not fit the model.
+    fn restore(&mut self, from: SimulationState<'_, S>) -> Result<(), &'static str> {
+        let (model, state) = (&self.model, &mut self.state);
+        let within = |(ply, region): (usize, &ActiveRegion)| {
+            let whole = ActiveRegion::whole(&model.ply_type(ply).mesh);
+            region.rows.end <= whole.rows.end && region.columns.end <= whole.columns.end
+        };
+        let active = from.active.len() == model.plies.len() && from.active.iter().enumerate().all(within);
+        let checks = [
+            (from.record.fits(model), "results so far"),
+            (from.stepper.fits(model), "nodes near the projectile"),
+            (from.body.is_some() == state.body.is_some(), "motion of the projectile"),
+            (active, "active regions"),
+            (from.nodes.len() == state.nodes.data.len(), "nodes"),
+            (from.elements.len() == state.elements.data.len(), "elements"),
+            (from.over.len() == state.over.len() && is_over_elements(model, &from.over), "facing elements"),
+        ];
+        if let Some((_, part)) = checks.into_iter().find(|(fits, _)| !fits) {
+            return Err(part);
+        }
+        self.record = from.record.into_owned();
+        self.stepper.remember(model, from.stepper);
+        self.stepper.stopwatch = from.stopwatch.into_owned();
+        if let (Some(body), Some((position, orientation, velocity, angular_momentum))) = (&mut state.body, from.body) {
+            body.position = position.into();
+            // As it was, to the last bit: it is not brought to unit length again.
+            body.orientation = UnitQuaternion::new_unchecked(Quaternion::from(orientation));
+            (body.velocity, body.angular_momentum) = (velocity.into(), angular_momentum.into());
+        }
+        state.active = from.active.into_owned();
+        state.nodes.data.copy_from_slice(&from.nodes);
+        state.elements.data.copy_from_slice(&from.elements);
+        state.over = from.over.into_owned();
+        Ok(())
+    }
+}
+
+/// Whether every node faces an element that the neighbouring ply has.
+fn is_over_elements<S: Scalar>(model: &Model<S>, all: &[u32]) -> bool {
+    all.chunks(model.nodes_per_ply()).enumerate().all(|(at, part)| {
+        let count = layup::neighbour(at / layup::SIDES, at % layup::SIDES, model.plies.len()).map_or(1, |other| {
+            let mesh = &model.ply_type(other).mesh;
+            mesh.rows * mesh.columns
+        });
+        part.iter().all(|over| layup::element(*over) < count)
+    })
 }

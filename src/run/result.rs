@@ -1,4 +1,4 @@
-//! What a run produces.
+//! Results of a run.
 
 use serde::{Deserialize, Serialize};
 
@@ -16,9 +16,9 @@ use crate::solver::{Divergence, FailureEvent};
 pub struct Sample {
     /// [s]
     pub time: f64,
-    /// Along the line of flight [m/s].
+    /// Velocity of the projectile along its line of flight [m/s].
     pub projectile_velocity: f64,
-    /// Along the line of flight [m].
+    /// Displacement of the projectile along its line of flight [m].
     pub projectile_displacement: f64,
     /// Mean since the last row, along the line of flight [N].
     pub contact_force: f64,
@@ -28,11 +28,11 @@ pub struct Sample {
     pub failed: [u64; 2],
     /// Elements eroded so far.
     pub eroded: u64,
-    /// Largest |z displacement| of standing fabric [m].
+    /// Largest |z displacement| of intact fabric [m].
     pub deflection: f64,
-    /// The same of the last ply [m].
+    /// Largest |z displacement| of intact fabric of the last ply [m].
     pub last_deflection: f64,
-    /// Plies with failures and no whole element left ahead of the projectile.
+    /// Plies with failures and no intact element left ahead of the projectile.
     pub perforated_plies: u32,
 }
 
@@ -50,26 +50,8 @@ pub struct PlySample {
     pub failed: [u64; 2],
 }
 
-/// Where a run is, for the progress bar.
-#[derive(Clone, Copy, Debug)]
-#[non_exhaustive]
-pub struct Progress {
-    /// [s]
-    pub time: f64,
-    /// [s]
-    pub end_time: f64,
-    /// [m/s]
-    pub velocity: f64,
-    /// Yarns failed.
-    pub failed: u64,
-    /// Steps done.
-    pub steps: u64,
-    /// Elements.
-    pub elements: usize,
-}
-
 /// Newton statistics of a run.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct NewtonStatistics {
     /// Largest residual over the breaking tension of the weaker yarn [-].
@@ -80,13 +62,13 @@ pub struct NewtonStatistics {
     pub unconverged: u64,
 }
 
-/// Everything a run produced.
-#[derive(Clone, Debug)]
+/// Results of a run. What a checkpoint leaves out is set when the run begins or ends.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Run {
-    /// Verdict.
+    /// Outcome of the shot.
     pub outcome: Outcome,
-    /// When the projectile came to rest, or to the velocity of the pack that carries it along [s].
+    /// Time at which the projectile came to rest, or to the velocity of the pack that carries it along [s].
     pub stop_time: Option<f64>,
     /// Velocity along the normal with which a projectile that a pack without a clamped edge has stopped flies on with it, at the end [m/s].
     pub carried_velocity: Option<f64>,
@@ -100,13 +82,13 @@ pub struct Run {
     pub profiles: Vec<DeflectionProfile>,
     /// Every ply of a pack of several, time by time.
     pub ply_history: Vec<PlySample>,
-    /// Kinetic energy the projectile came with [J]; the first row of the history is after first contact.
+    /// Kinetic energy of the projectile before impact [J]; the first row of the history is after first contact.
     pub impact_energy: f64,
     /// Largest penetration of a node into the projectile [m].
     pub max_penetration: f64,
     /// Largest penetration of a node into a neighbouring ply [m].
     pub max_ply_penetration: f64,
-    /// Largest |energy error| of the work ledger [-].
+    /// Largest |energy error| of the work done [-].
     pub energy_error: f64,
     /// Energy by state functions that nothing accounts for, where it was largest, over the initial energy [-].
     pub energy_gained: f64,
@@ -118,7 +100,7 @@ pub struct Run {
     pub newton: NewtonStatistics,
     /// Plies.
     pub plies: usize,
-    /// Largest deflection of each ply, of fabric that hangs on something [m].
+    /// Largest deflection of each ply, of attached fabric [m].
     pub deflections: Vec<f64>,
     /// Elements of the whole scene.
     pub elements: usize,
@@ -126,42 +108,54 @@ pub struct Run {
     pub planes: MirrorPlanes,
     /// Steps done.
     pub steps: u64,
-    /// Elements times steps computed; mirror images and what was known to be at rest are left out.
+    /// Elements times steps computed, without mirror images and what was known to be at rest.
     pub element_steps_computed: u64,
-    /// What was left out.
+    /// Skips of the run.
     pub skips: Skips,
-    /// [s]
+    /// Time step [s].
     pub time_step: f64,
-    /// What set it.
+    /// Bound that set the time step.
+    #[serde(skip)]
     pub step_set_by: &'static str,
-    /// Terms of the model that the scene has.
-    pub terms: Features,
+    /// Features of the model that the scene has.
+    #[serde(skip)]
+    pub features: Features,
     /// Time in the loop [s].
+    #[serde(skip)]
     pub loop_seconds: f64,
     /// Part of it in which the host did not wait for the device [s]; `None` on the processor.
+    #[serde(skip)]
     pub host_seconds: Option<f64>,
-    /// Kernels and other phases of the loop by name, and how long each took [s]; what is missing from `loop_seconds` went elsewhere.
+    /// Kernels and other phases of the loop by name, with their time [s]; what is missing from `loop_seconds` went elsewhere.
+    #[serde(skip)]
     pub kernel_seconds: Vec<(&'static str, f64)>,
     /// `cpu` or `gpu`.
+    #[serde(skip)]
     pub backend: &'static str,
     /// Name of the graphics adapter.
+    #[serde(skip)]
     pub adapter: Option<String>,
     /// Worker threads.
+    #[serde(skip)]
     pub threads: usize,
     /// `f64` or `f32`.
+    #[serde(skip)]
     pub precision: &'static str,
-    /// What went wrong, if the run became unstable.
+    /// Divergence, if the run became unstable.
+    #[serde(skip)]
     pub divergence: Option<Divergence>,
-    /// What the device said when it was lost in mid-run; results end there.
+    /// Words of the driver when the device was lost in mid-run; results end there.
+    #[serde(skip)]
     pub lost: Option<String>,
     /// Stopped by the user.
     pub interrupted: bool,
     /// The last checkpoint that could not be written, and why.
+    #[serde(skip)]
     pub checkpoint_error: Option<String>,
 }
 
 impl Run {
-    /// Largest deflection of any ply, of fabric that hangs on something [m].
+    /// Largest deflection of any ply, of attached fabric [m].
     pub fn deflection(&self) -> f64 {
         self.deflections.iter().copied().fold(0.0, f64::max)
     }

@@ -1,4 +1,4 @@
-//! What may have moved: a rectangle of nodes of a ply that grows by one ring a step.
+//! Active region: a rectangle of nodes of a ply that may have moved. It grows by one ring a step.
 //!
 //! A node feels only its own elements, and they only their corners, so motion spreads by at most one ring of nodes a
 //! step; contact adds what it touches. Everything outside is exactly at rest, to the last bit, and leaving it out

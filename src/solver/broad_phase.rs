@@ -1,6 +1,6 @@
 //! The broad phase of contact between plies: lets through the nodes that may touch a cell of the neighbouring ply.
 //!
-//! Of a line of nodes most are over a row of cells, each over the next, and touch none: as many as a register holds are looked at in
+//! Most nodes of a strip are over a row of cells, each over the next, and touch none: as many as a register holds are looked at in
 //! one go, first whether they are certainly apart, in the precision of the state, then whether they stand clear of their cell, in
 //! double precision. What neither shows is let through and looked at one by one. No outcome depends on it: what it
 //! holds back would be left as it is.
@@ -15,11 +15,18 @@ use crate::solver::ply_search::{PlySearch, ROWS};
 /// The broad phase, compiled for the vectors of this processor.
 pub trait BroadPhase<S: Scalar>: Send + Sync {
     /// Appends rows and columns of the nodes that may touch, in order. `over`: cells that the nodes of the rows are over.
-    fn pass(&self, look: &PlySearch<'_, S>, rows: Range<usize>, columns: Range<usize>, over: &[u32], near: &mut Near);
+    fn pass(
+        &self,
+        search: &PlySearch<'_, S>,
+        rows: Range<usize>,
+        columns: Range<usize>,
+        over: &[u32],
+        candidates: &mut Candidates,
+    );
 }
 
 /// Rows and columns of nodes.
-pub type Near = Vec<[u32; 2]>;
+pub type Candidates = Vec<[u32; 2]>;
 
 /// In the precision of the state on numbers like the first, in double precision on numbers like the second.
 pub(super) struct Compiled<R, D>(pub(super) R, pub(super) D);
@@ -31,15 +38,15 @@ where
 {
     fn pass(
         &self,
-        look: &PlySearch<'_, R::Scalar>,
+        search: &PlySearch<'_, R::Scalar>,
         rows: Range<usize>,
         columns: Range<usize>,
         over: &[u32],
-        near: &mut Near,
+        candidates: &mut Candidates,
     ) {
         self.0.vectorize(
             #[inline(always)]
-            || pass(self, look, rows, columns, over, near),
+            || pass(self, search, rows, columns, over, candidates),
         );
     }
 }
@@ -48,31 +55,34 @@ where
 #[inline(always)]
 fn pass<R: Real, D: Real<Scalar = f64>>(
     compiled: &Compiled<R, D>,
-    look: &PlySearch<'_, R::Scalar>,
+    search: &PlySearch<'_, R::Scalar>,
     rows: Range<usize>,
     columns: Range<usize>,
     over: &[u32],
-    near: &mut Near,
+    candidates: &mut Candidates,
 ) {
-    let (own, theirs) = (&look.own, &look.theirs);
-    let across = look.across();
-    let clearance = Clearance::new(compiled.0, look.sign(), [own.z, theirs.z], look.touching - SLOP * look.thickness);
+    let (own, theirs) = (&search.own, &search.theirs);
+    let across = search.across();
+    let clearance =
+        Clearance::new(compiled.0, search.sign(), [own.z, theirs.z], search.touching - SLOP * search.thickness);
     if own.mesh.rotation == theirs.mesh.rotation {
         for (row, over) in rows.zip(over.chunks(across)) {
-            let line = strip_of_row(look, row, columns.clone(), over);
-            broad_phase(compiled, &clearance, look, &line, |column| near.push([row, column].map(|at| at as u32)));
+            let line = strip_of_row(search, row, columns.clone(), over);
+            broad_phase(compiled, &clearance, search, &line, |column| {
+                candidates.push([row, column].map(|at| at as u32))
+            });
         }
-    } else if let Some(mut part) = StripColumn::within(look, rows.clone()) {
-        let first = near.len();
+    } else if let Some(mut part) = StripColumn::within(search, rows.clone()) {
+        let first = candidates.len();
         for column in columns {
             let mut left = 0_u64;
-            broad_phase(compiled, &clearance, look, &part.line(look, column, over, across), |at| left |= 1 << at);
+            broad_phase(compiled, &clearance, search, &part.line(search, column, over, across), |at| left |= 1 << at);
             let places = (0..ROWS).filter(|at| left & 1 << at != 0);
-            near.extend(places.map(|at| [part.row(at), column].map(|at| at as u32)));
+            candidates.extend(places.map(|at| [part.row(at), column].map(|at| at as u32)));
         }
-        near[first..].sort_unstable();
+        candidates[first..].sort_unstable();
     } else {
-        near.extend(rows.flat_map(|row| columns.clone().map(move |column| [row, column].map(|at| at as u32))));
+        candidates.extend(rows.flat_map(|row| columns.clone().map(move |column| [row, column].map(|at| at as u32))));
     }
 }
 
@@ -81,12 +91,12 @@ fn pass<R: Real, D: Real<Scalar = f64>>(
 fn broad_phase<R: Real, D: Real<Scalar = f64>>(
     Compiled(_, d): &Compiled<R, D>,
     clearance: &Clearance<R>,
-    look: &PlySearch<'_, R::Scalar>,
+    search: &PlySearch<'_, R::Scalar>,
     line: &NodeStrip<'_, R::Scalar>,
     mut through: impl FnMut(usize),
 ) {
-    let columns = look.theirs.mesh.columns;
-    let quarters = look.theirs.mesh.own_axis(0).is_some();
+    let columns = search.theirs.mesh.columns;
+    let quarters = search.theirs.mesh.own_axis(0).is_some();
     let mut at = line.range.start;
     while at < line.range.end {
         let first = line.over[at];
@@ -98,13 +108,13 @@ fn broad_phase<R: Real, D: Real<Scalar = f64>>(
         let cell = [first as usize / columns, first as usize % columns];
         let most = R::LANES.min(line.range.end - at).min(columns - cell[1]);
         let count = consecutive(&line.over[at..at + most]);
-        let mut left = !certainly_apart(clearance, look, line, at, cell).bits() & ((1 << count) - 1);
+        let mut left = !certainly_apart(clearance, search, line, at, cell).bits() & ((1 << count) - 1);
         // In the axes of a ply that does not lie along those of the pack rounding would differ from the search's.
         if left != 0 && quarters {
             for lane in (0..count).step_by(D::LANES) {
                 let part = ((1 << D::LANES) - 1) << lane;
                 if left & part != 0 {
-                    left &= !(clear(*d, look, line, at + lane, [cell[0], cell[1] + lane]).bits() << lane);
+                    left &= !(clear(*d, search, line, at + lane, [cell[0], cell[1] + lane]).bits() << lane);
                 }
             }
             if let Some(crossed) = line.crossed.filter(|crossed| (at..at + count).contains(crossed)) {
@@ -123,12 +133,12 @@ fn broad_phase<R: Real, D: Real<Scalar = f64>>(
 #[inline(always)]
 fn certainly_apart<R: Real>(
     clearance: &Clearance<R>,
-    look: &PlySearch<'_, R::Scalar>,
+    search: &PlySearch<'_, R::Scalar>,
     line: &NodeStrip<'_, R::Scalar>,
     at: usize,
     cell: [usize; 2],
 ) -> R::Mask {
-    let (n, theirs) = (clearance.sign, &look.theirs);
+    let (n, theirs) = (clearance.sign, &search.theirs);
     let x = n.load(line.rounded, at);
     let place = each!(side in 2 => n.load(theirs.rounded_places(), cell[1] + side) - x);
     let height = each!(side in 2 => theirs.mesh.reference(cell[0] + side, 0)[1] - line.y);
@@ -168,13 +178,13 @@ impl<R: Real> Corner<R> {
 #[inline(always)]
 fn clear<D: Real<Scalar = f64>, S: Scalar>(
     d: D,
-    look: &PlySearch<'_, S>,
+    search: &PlySearch<'_, S>,
     line: &NodeStrip<'_, S>,
     at: usize,
     [row, column]: [usize; 2],
 ) -> D::Mask {
-    let (theirs, mesh) = (&look.theirs, look.theirs.mesh);
-    let point = places(d, &line.displacement, line.place, at, [line.y, look.own.z]);
+    let (theirs, mesh) = (&search.theirs, search.theirs.mesh);
+    let point = places(d, &line.displacement, line.place, at, [line.y, search.own.z]);
     let corner = [theirs.row(row), theirs.row(row + 1)];
     let across = [mesh.reference(row, 0)[1], mesh.reference(row + 1, 0)[1]];
     let low = each!(side in 2 => places(d, &corner[0], theirs.places(), column + side, [across[0], theirs.z]));
@@ -188,7 +198,7 @@ fn clear<D: Real<Scalar = f64>, S: Scalar>(
     } else {
         d.splat_like(mesh.area(row, column))
     };
-    let bounds = [look.sign(), look.touching, SLOP * look.thickness];
+    let bounds = [search.sign(), search.touching, SLOP * search.thickness];
     stands_clear(&[low[0], low[1], high[1], high[0]], &point, bounds, area, line.planes)
 }
 
@@ -218,7 +228,7 @@ fn widened<D: Real<Scalar = f64>, S: Scalar>(d: D, source: &[S], index: usize) -
     d.load(&wide, 0)
 }
 
-/// How many numbers there are before one that does not follow the one before it.
+/// Count of numbers before one that does not follow the one before it.
 #[inline(always)]
 fn consecutive(over: &[u32]) -> usize {
     let follows = |(at, over_this): (usize, &u32)| *over_this == over[0] + at as u32;
@@ -240,7 +250,7 @@ pub(super) struct NodeStrip<'a, S> {
     pub(super) y: f64,
     /// Cells that the nodes are over.
     pub(super) over: &'a [u32],
-    /// Which of them to look at.
+    /// Range of the nodes to look at.
     pub(super) range: Range<usize>,
     /// Mirror planes that all of them lie on.
     pub(super) planes: Planes,
@@ -251,12 +261,12 @@ pub(super) struct NodeStrip<'a, S> {
 /// A row of nodes of a ply that lies as its neighbour does.
 #[inline(always)]
 fn strip_of_row<'a, S: Scalar>(
-    look: &PlySearch<'a, S>,
+    search: &PlySearch<'a, S>,
     row: usize,
     columns: Range<usize>,
     over: &'a [u32],
 ) -> NodeStrip<'a, S> {
-    let own = &look.own;
+    let own = &search.own;
     NodeStrip {
         displacement: own.row(row),
         place: own.places(),
@@ -264,8 +274,8 @@ fn strip_of_row<'a, S: Scalar>(
         y: own.mesh.reference(row, 0)[1],
         over,
         range: columns,
-        planes: in_axes_of_the_ply(look.planes_at(row, usize::MAX)),
-        crossed: look.planes[0],
+        planes: in_axes_of_the_ply(search.planes_at(row, usize::MAX)),
+        crossed: search.planes[0],
     }
 }
 
@@ -283,8 +293,8 @@ pub(super) struct StripColumn<S> {
 impl<S: Scalar> StripColumn<S> {
     /// Room for columns within these rows, at most [`ROWS`] of them; `None` where the ply is not laid across its neighbour.
     #[inline(always)]
-    pub(super) fn within(look: &PlySearch<'_, S>, rows: Range<usize>) -> Option<Self> {
-        let seen = |own: [f64; 3]| look.theirs.mesh.to_ply(look.own.mesh.to_pack(own));
+    pub(super) fn within(search: &PlySearch<'_, S>, rows: Range<usize>) -> Option<Self> {
+        let seen = |own: [f64; 3]| search.theirs.mesh.to_ply(search.own.mesh.to_pack(own));
         let turn = [seen([0.0, 1.0, 0.0])[0], seen([1.0, 0.0, 0.0])[1]];
         let zero = S::splat(0.0);
         turn.iter().all(|turn| turn.abs() == 1.0).then_some(Self {
@@ -307,7 +317,7 @@ impl<S: Scalar> StripColumn<S> {
     #[inline(always)]
     pub(super) fn line(
         &mut self,
-        look: &PlySearch<'_, S>,
+        search: &PlySearch<'_, S>,
         column: usize,
         over: &[u32],
         across: usize,
@@ -315,24 +325,24 @@ impl<S: Scalar> StripColumn<S> {
         let [along, side] = self.turn;
         for at in 0..self.rows.len() {
             let row = self.row(at);
-            let [u, v, w] = look.own.row(row).map(|field| field[column]);
+            let [u, v, w] = search.own.row(row).map(|field| field[column]);
             let turned = [S::splat(along * v.to_f64()), S::splat(side * u.to_f64()), w];
             for (line, number) in self.displacement.iter_mut().zip(turned) {
                 line[at] = number;
             }
-            self.place[at] = along * look.own.mesh.reference(row, column)[1];
+            self.place[at] = along * search.own.mesh.reference(row, column)[1];
             self.rounded[at] = S::splat(self.place[at]);
             self.over[at] = over[(row - self.rows.start) * across + column];
         }
-        let crossed = look.planes[1].filter(|row| self.rows.contains(row));
+        let crossed = search.planes[1].filter(|row| self.rows.contains(row));
         NodeStrip {
             displacement: [&self.displacement[0], &self.displacement[1], &self.displacement[2]],
             place: &self.place,
             rounded: &self.rounded,
-            y: side * look.own.mesh.reference(0, column)[0],
+            y: side * search.own.mesh.reference(0, column)[0],
             over: &self.over,
             range: 0..self.rows.len(),
-            planes: in_axes_of_the_ply(look.planes_at(usize::MAX, column)),
+            planes: in_axes_of_the_ply(search.planes_at(usize::MAX, column)),
             crossed: crossed.map(|row| if along > 0.0 { row - self.rows.start } else { self.rows.end - 1 - row }),
         }
     }

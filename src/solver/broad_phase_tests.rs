@@ -78,11 +78,11 @@ fn settle<S: solver::KernelScalar>(model: &Model<S>, state: &mut State<S>) {
     for (at, over) in over.chunks_mut(model.nodes_per_ply()).enumerate() {
         let (ply, side) = (at / SIDES, at % SIDES);
         let Some(other) = neighbour(ply, side, model.plies.len()) else { continue };
-        let look = PlySearch::new(model, state, ply, side, other);
+        let search = PlySearch::new(model, state, ply, side, other);
         let mesh = &model.ply_type(ply).mesh;
         for row in 0..=mesh.rows {
             for column in 0..=mesh.columns {
-                look.node(row, column, &mut over[row * look.across() + column]);
+                search.node(row, column, &mut over[row * search.across() + column]);
             }
         }
     }
@@ -99,31 +99,31 @@ fn checked<S: solver::KernelScalar>(case: &case::Case, symmetry: bool, seed: u64
     for (at, over) in state.over.chunks(per_side).enumerate() {
         let (ply, side) = (at / SIDES, at % SIDES);
         let Some(other) = neighbour(ply, side, model.plies.len()) else { continue };
-        let look = PlySearch::new(&model, &state, ply, side, other);
+        let search = PlySearch::new(&model, &state, ply, side, other);
         let mesh = &model.ply_type(ply).mesh;
-        let across = look.across();
+        let across = search.across();
         // Not all columns, and a last part with fewer rows.
         let columns = 1..mesh.columns + 1;
         for first in (0..=mesh.rows).step_by(ROWS) {
             let rows = first..(first + ROWS).min(mesh.rows + 1);
             let over = &over[rows.start * across..rows.end * across];
-            let mut near: Option<Near> = None;
+            let mut candidates: Option<Candidates> = None;
             for vectors in Vectors::all() {
-                let mut found = Near::new();
-                S::broad_phase(vectors).pass(&look, rows.clone(), columns.clone(), over, &mut found);
-                let first = near.get_or_insert_with(|| found.clone());
+                let mut found = Candidates::new();
+                S::broad_phase(vectors).pass(&search, rows.clone(), columns.clone(), over, &mut found);
+                let first = candidates.get_or_insert_with(|| found.clone());
                 assert_eq!(*first, found, "{}", vectors.name());
             }
-            let near = near.unwrap_or_default();
-            assert!(near.is_sorted() && near.windows(2).all(|pair| pair[0] != pair[1]));
-            counts[0] += near.len();
+            let candidates = candidates.unwrap_or_default();
+            assert!(candidates.is_sorted() && candidates.windows(2).all(|pair| pair[0] != pair[1]));
+            counts[0] += candidates.len();
             for row in rows.clone() {
                 for column in columns.clone() {
                     counts[1] += 1;
                     let before = over[(row - rows.start) * across + column];
                     let mut after = before;
-                    let found = look.node(row, column, &mut after).is_some();
-                    if near.binary_search(&[row as u32, column as u32]).is_err() {
+                    let found = search.node(row, column, &mut after).is_some();
+                    if candidates.binary_search(&[row as u32, column as u32]).is_err() {
                         let place = [ply, side, row, column];
                         assert!(!found, "ply, side, row, column {place:?} touches");
                         assert_eq!(after, before, "{place:?} goes from {} on", layup::element(before));
@@ -138,8 +138,8 @@ fn checked<S: solver::KernelScalar>(case: &case::Case, symmetry: bool, seed: u64
 /// Part of the nodes let through, over several bulges.
 fn part<S: solver::KernelScalar>(case: &case::Case, symmetry: bool) -> f64 {
     let counts: Vec<[usize; 2]> = (1..=16).map(|seed| checked::<S>(case, symmetry, seed)).collect();
-    let [near, all] = [0, 1].map(|i| counts.iter().map(|count| count[i]).sum::<usize>() as f64);
-    near / all
+    let [candidates, all] = [0, 1].map(|i| counts.iter().map(|count| count[i]).sum::<usize>() as f64);
+    candidates / all
 }
 
 #[test]

@@ -40,7 +40,7 @@ fn all_nodes_near_the_body_are_listed() {
             let Some(mut body) = state.body.clone() else { unreachable!() };
             body.position += body.flight * 4e-3;
             let margin = 1.5e-3;
-            let listed = near_nodes(&model, &state, &body, margin);
+            let listed = find_candidates(&model, &state, &body, margin);
             let within = |room: f64| {
                 let mut all = crate::solver::divergence::nodes(&model).collect::<Vec<_>>();
                 all.retain(|&[ply, row, column]| {

@@ -44,7 +44,7 @@ pub fn elements<S: Scalar>(model: &Model<S>) -> impl Iterator<Item = [usize; 3]>
 pub(crate) fn find_divergence<S: Scalar>(model: &Model<S>, state: &State<S>) -> Option<Divergence> {
     let grid = &model.grid;
     let bad = |x: &S| !x.to_f64().is_finite();
-    let trouble = |kernel, name: &str, x: S, place| {
+    let divergence = |kernel, name: &str, x: S, place| {
         Some(Divergence { step: state.step, kernel, quantity: format!("{name} = {x:?}"), place })
     };
     let name_of = |field: usize| match field {
@@ -56,7 +56,7 @@ pub(crate) fn find_divergence<S: Scalar>(model: &Model<S>, state: &State<S>) -> 
         let [ply, row, column] = place;
         let number = |f: usize| state.elements.get(grid.first_element_row(ply) + row, f, column + 1);
         if let Some(f) = (0..element::ALIVE).find(|f| bad(&number(*f))) {
-            return trouble("element_force", name_of(f), number(f), place);
+            return divergence("element_force", name_of(f), number(f), place);
         }
     }
     for place in nodes(model) {
@@ -64,7 +64,7 @@ pub(crate) fn find_divergence<S: Scalar>(model: &Model<S>, state: &State<S>) -> 
         let number = |f: usize| state.nodes.get(grid.first_node_row(ply) + row, f, column);
         if let Some(f) = (0..node::COUNT).find(|f| bad(&number(*f))) {
             let name = if f < node::VELOCITY { "displacement" } else { "velocity" };
-            return trouble("node_update", name, number(f), place);
+            return divergence("node_update", name, number(f), place);
         }
     }
     None
@@ -75,26 +75,26 @@ pub(crate) fn flying(body: Option<&RigidBody>) -> f64 {
     body.map_or(0.0, |b| if b.prescribed { 0.0 } else { b.kinetic_energy() })
 }
 
-/// Energy that was never put in, or that is no number: its kind, and how much [J]. `sampled`: the ledger knows all kinds now.
-pub(crate) fn excess(ledger: &EnergyBalance, kinetic: f64, sampled: bool) -> Option<(&'static str, f64)> {
-    let whole = ledger.accounted_energy() + ledger.gained();
-    if !(kinetic <= ledger.energy_limit() && ledger.work.is_finite()) {
+/// Energy that was never put in, or that is no number: its kind, and how much [J]. `sampled`: the balance knows all kinds now.
+pub(crate) fn excess(balance: &EnergyBalance, kinetic: f64, sampled: bool) -> Option<(&'static str, f64)> {
+    let whole = balance.accounted_energy() + balance.gained();
+    if !(kinetic <= balance.energy_limit() && balance.work.is_finite()) {
         Some(("kinetic energy", kinetic))
-    } else if sampled && whole > ledger.energy_limit() {
+    } else if sampled && whole > balance.energy_limit() {
         Some(("energy by state functions", whole))
     } else {
         None
     }
 }
 
-/// What went wrong and where: a number that is not finite, or energy of some kind that was never put in [J].
+/// Divergence and its place: a number that is not finite, or energy of some kind that was never put in [J].
 pub(crate) fn diagnose<S: Scalar>(
     model: &Model<S>,
     state: &State<S>,
     (name, energy): (&str, f64),
     available: f64,
 ) -> Divergence {
-    let mut trouble = find_divergence(model, state).unwrap_or_else(|| {
+    let mut divergence = find_divergence(model, state).unwrap_or_else(|| {
         let (place, speed) = fastest_node(model, state);
         let [energy, available] = [energy, available].map(|energy| energy * model.planes.copies() as f64);
         Divergence {
@@ -106,6 +106,6 @@ pub(crate) fn diagnose<S: Scalar>(
             place,
         }
     });
-    trouble.place = model.place_in_whole(trouble.place);
-    trouble
+    divergence.place = model.place_in_whole(divergence.place);
+    divergence
 }

@@ -18,7 +18,7 @@ use nalgebra::{Matrix6, Vector3, Vector6};
 
 use crate::solver::projectile_contact::{ContactPoint, inertia_along};
 
-/// What is added to the diagonal of K, over itself in the whole scene [-]: two points that ask the same of a node share its impulse.
+/// Compliance added to the diagonal of K, over itself in the whole scene [-]: two points that ask the same of a node share its impulse.
 ///
 /// A point close to a node has the small weight w at the far one. With this compliance s it gives the far node w/(w² + s) of
 /// its error, 1/(2√s) = 16 times at most, so that single precision rounds to what is allowed (`benches/NOTES.md`).
@@ -31,7 +31,7 @@ pub const FLOOR: f64 = 1e-7;
 pub struct EdgeConstraint {
     /// Places among the points of contact.
     pub nodes: [usize; 2],
-    /// What each has of the point [-], 1 together.
+    /// Share of each in the point [-], 1 together.
     pub weights: [f64; 2],
 }
 
@@ -41,7 +41,7 @@ impl EdgeConstraint {
         self.nodes.into_iter().zip(self.weights)
     }
 
-    /// What the nodes have at the point.
+    /// Vector at the point, from those of the nodes.
     pub fn between(&self, of_node: impl Fn(usize) -> Vector3<f64>) -> Vector3<f64> {
         self.ends().map(|(node, weight)| of_node(node) * weight).sum()
     }
@@ -49,23 +49,23 @@ impl EdgeConstraint {
 
 /// Points of contact that depend on each other, and room for their equations.
 #[derive(Clone, Debug, Default)]
-pub struct Rim {
-    /// Of the last points of contact, one each.
+pub struct EdgeContact {
+    /// Constraint of each of the last points of contact.
     pub constraints: Vec<EdgeConstraint>,
-    /// By node: the sum of weights there [-].
+    /// Sum of weights at each node [-].
     weights: Vec<f64>,
-    /// By node: one that stands for its block, or leads there; itself at the end of the way.
+    /// Node that stands for the block of each node, or leads there; itself at the end of the way.
     blocks: Vec<usize>,
-    /// Those that push and share nodes, ply by ply.
+    /// Points that push and share nodes, ply by ply.
     members: Vec<usize>,
-    /// Those of which `factors` and `motions` are, in this step.
+    /// Points of `factors` and `motions` in this step.
     factored: Vec<usize>,
     /// Places of `factored` block by block, and the ends of the blocks among these.
     order: Vec<usize>,
     ends: Vec<usize>,
     /// Block by block K, then its Cholesky factor: lower triangle by rows [1/kg].
     factors: Vec<f64>,
-    /// Of the nodes, without normal impulses [m/s].
+    /// Velocities of the nodes without normal impulses [m/s].
     free: Vec<Vector3<f64>>,
     /// K⁻¹ G by rows, block by block.
     motions: Vec<[f64; 6]>,
@@ -75,7 +75,7 @@ pub struct Rim {
     places: Vec<usize>,
 }
 
-impl Rim {
+impl EdgeContact {
     /// Forgets every point.
     pub fn clear(&mut self) {
         self.constraints.clear();
@@ -83,7 +83,7 @@ impl Rim {
 
     /// Begins a step: nothing is known of its equations yet.
     pub(crate) fn begin(&mut self, points: &mut [ContactPoint], body_mass: f64) {
-        // What belongs to `factored` goes with it: where nothing pushes, nothing is factored that would take its place.
+        // With `factored` go the lists that belong to it: where nothing pushes, nothing would replace them.
         for list in [&mut self.factored, &mut self.order, &mut self.ends, &mut self.places] {
             list.clear();
         }
@@ -124,11 +124,11 @@ impl Rim {
             p.inverse = inverse;
             // Between two held nodes it has a mass like they have, though nothing moves it.
             p.mass = if inverse.amax() > 0.0 { inverse.amax() } else { unheld }.recip();
-            p.set_kappa(body_mass);
+            p.set_effective_mass(body_mass);
         }
     }
 
-    /// Tells nodes what the rim gives them, and the rim how its nodes move.
+    /// Propagates impulses from the edges to their nodes, and velocities from the nodes to the edges.
     pub(crate) fn propagate(&self, points: &mut [ContactPoint]) {
         let (nodes, rim) = points.split_at_mut(points.len() - self.constraints.len());
         for constraint in &self.constraints {
@@ -249,7 +249,7 @@ impl Rim {
         }
     }
 
-    /// What is added to the entry of a point on the diagonal of K [1/kg]. A node on a mirror plane adds as much as it would in the
+    /// Compliance added to the entry of a point on the diagonal of K [1/kg]. A node on a mirror plane adds as much as it would in the
     /// whole scene, where the images of the points on its edges push it too.
     fn compliance(&self, points: &[ContactPoint], at: usize) -> f64 {
         let (normal, part) = (points[at].normal, points[at].part);

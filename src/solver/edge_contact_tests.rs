@@ -33,10 +33,10 @@ fn a_factor_solves_what_it_was_made_of() {
 fn members_are_sorted_into_blocks_that_share_no_node() {
     let edge = |from, to| EdgeConstraint { nodes: [from, to], weights: [0.5; 2] };
     // Two chains, with the edges in no order; nodes 2, 5 and 7 push, too, 7 alone.
-    let mut rim = Rim {
+    let mut rim = EdgeContact {
         constraints: vec![edge(4, 5), edge(0, 1), edge(2, 6), edge(3, 4), edge(1, 2)],
         members: vec![2, 5, 7, 8, 9, 10, 11, 12],
-        ..Rim::default()
+        ..EdgeContact::default()
     };
     rim.find_blocks(8);
     let blocks: Vec<Vec<_>> =

@@ -19,7 +19,7 @@ use crate::physics::kinematics::{Growth, Kinematics, Vector, differences, kinema
 use crate::physics::membrane::{FadedShear, membrane, mode_force, trellis_shear, viscous};
 use crate::physics::yarn_law::LawKernel;
 use crate::solver::element_totals::{
-    ElementRow, ElementTotals, Extent, RowLanes, RowSums, corners, energies, field, release,
+    ElementRow, ElementTotals, Extent, RowMaxima, RowSums, corners, energies, field, release,
 };
 
 /// Life of a yarn that is to break in this step.
@@ -40,58 +40,58 @@ pub fn element_force<R: Real, L: LawKernel>(
     extent: Extent,
     totals: &mut ElementTotals,
 ) {
-    let Extent { shear, ledger } = extent;
+    let Extent { shear, sample } = extent;
     let n = c.area;
     let step = n.splat_like(dt);
-    let tall = ElementGeometry::of_row(c, if row.is_even() { 1.0 } else { row.height });
+    let row_geometry = ElementGeometry::of_row(c, if row.is_even() { 1.0 } else { row.height });
     let mut sums = RowSums::default();
-    let mut lanes = RowLanes::new(n);
+    let mut maxima = RowMaxima::new(n);
     let mut column = range.start - range.start % R::LANES;
     while column < range.end {
         let at = column + 1;
         ask_ahead::<R>(row, column);
-        let motion = Motion::read(n, row, &tall, column);
-        let life = each!(i in 2 => n.load(row.element[field::ALIVE + i], at));
-        let [warp, weft] = YarnsLeft::were_alive(life);
+        let motion = Motion::read(n, row, &row_geometry, column);
+        let intact = each!(i in 2 => n.load(row.element[field::ALIVE + i], at));
+        let [warp, weft] = YarnsLeft::were_alive(intact);
         let both = warp & weft;
         let cell = equilibrium::<R, L>(c, row, &motion, both, at, step);
-        let yarns = YarnsLeft::judge(c, &motion.k.extension, life);
-        let strain = yarns.keep_strains(&mut row.strain, &cell, at);
-        lanes.strain = each!(i in 2 => lanes.strain[i].max(strain[i]));
+        let yarns = YarnsLeft::evaluate(c, &motion.k.extension, intact);
+        let strain = yarns.store_strains(&mut row.strain, &cell, at);
+        maxima.strain = each!(i in 2 => maxima.strain[i].max(strain[i]));
         let elastic = yarns.elastic(&cell);
         let mut viscous = [n.zero(); 2];
         if let Some(fields) = &mut row.viscous {
-            let (force, energy) = drag(c, fields, &motion, &elastic, at, step);
+            let (force, energy) = viscous_forces(c, fields, &motion, &elastic, at, step);
             sums.dissipated.add(energy, column);
             viscous = force;
         }
-        let pull = each!(i in 2 => elastic[i] + viscous[i]);
+        let in_plane = each!(i in 2 => elastic[i] + viscous[i]);
         let any_failed = yarns.any_failed().any();
-        let trellis = shear.then(|| trellis_shear(&c.shear, &motion.k, ledger | any_failed));
+        let trellis = shear.then(|| trellis_shear(&c.shear, &motion.k, sample | any_failed));
         let both_left = yarns.both_left();
         let left = trellis.map(|trellis| trellis.only(both_left));
-        let (warp, weft) = membrane(&motion.size, &motion.k, &pull, left.as_ref());
+        let (warp, weft) = membrane(&motion.size, &motion.k, &in_plane, left.as_ref());
         let on_mode = mode_force(&motion.size, &motion.k, &elastic, left.as_ref());
-        let forces = Forces { drag: viscous, trellis, membrane: [warp, weft], on_mode };
+        let forces = Forces { viscous: viscous, trellis, membrane: [warp, weft], on_mode };
         let elements = Elements { column, motion, cell, yarns, forces };
         // Work done on the element between the last positions and these, by the trapezoidal rule.
-        sums.work.add(n.splat_like(0.5 * dt) * elements.keep(row), column);
+        sums.work.add(n.splat_like(0.5 * dt) * elements.store(row), column);
 
         let counted = n.within(column, &range);
         totals.unconverged += (both & !cell.converged).count();
         totals.solved += f64::from((both & counted).count());
-        lanes.iterations = lanes.iterations + R::select(counted, cell.iterations, n.zero());
-        lanes.residual = lanes.residual.max(cell.residual);
+        maxima.iterations = maxima.iterations + R::select(counted, cell.iterations, n.zero());
+        maxima.residual = maxima.residual.max(cell.residual);
         if any_failed {
             release(c, row, &elements, dt, &mut sums, totals);
         }
-        if ledger {
-            energies(c, row, &elements, &mut sums, &mut lanes);
+        if sample {
+            energies(c, row, &elements, &mut sums, &mut maxima);
         }
         column += R::LANES;
     }
-    sums.add_to(totals, ledger);
-    lanes.add_to(totals);
+    sums.add_to(totals, sample);
+    maxima.add_to(totals);
 }
 
 /// Asks for what the next rows have in these columns.
@@ -106,7 +106,7 @@ fn ask_ahead<R: Real>(row: &ElementRow<'_, R::Scalar>, column: usize) {
 
 /// All that failures and energies ask for.
 pub(super) struct Elements<R: Real> {
-    /// Of the first.
+    /// Column of the first element.
     pub(super) column: usize,
     pub(super) motion: Motion<R>,
     pub(super) cell: Equilibrium<R>,
@@ -124,7 +124,7 @@ impl<R: Real> Elements<R> {
 
     /// Keeps forces and heights. Gives the power of the old and the new forces together [W].
     #[inline(always)]
-    pub(super) fn keep(&self, row: &mut ElementRow<'_, R::Scalar>) -> R {
+    pub(super) fn store(&self, row: &mut ElementRow<'_, R::Scalar>) -> R {
         let (at, any, v) = (self.column + 1, self.yarns.any(), &self.motion.v);
         let [warp, weft] = &self.forces.membrane;
         let zero = warp[0].zero();
@@ -151,7 +151,7 @@ impl<R: Real> Elements<R> {
     }
 }
 
-/// How they have moved.
+/// Motion of elements.
 pub(super) struct Motion<R> {
     pub(super) size: ElementGeometry<R>,
     pub(super) k: Kinematics<R>,
@@ -160,14 +160,19 @@ pub(super) struct Motion<R> {
 }
 
 impl<R: Real> Motion<R> {
-    /// `tall`: the constants of elements of the finest length in this row.
+    /// `row_geometry`: the constants of elements of the finest length in this row.
     #[inline(always)]
-    pub(super) fn read(n: R, row: &ElementRow<'_, R::Scalar>, tall: &ElementGeometry<R>, column: usize) -> Self {
+    pub(super) fn read(
+        n: R,
+        row: &ElementRow<'_, R::Scalar>,
+        row_geometry: &ElementGeometry<R>,
+        column: usize,
+    ) -> Self {
         let [ux, uy, uz] = each!(f in 3 => differences(&corners(n, row, f, column)));
         let v = each!(f in 3 => differences(&corners(n, row, 3 + f, column)));
         let size = match row.is_even() {
-            true => *tall,
-            false => tall.of_columns(n.load(row.width, column), n.load(row.per_width, column)),
+            true => *row_geometry,
+            false => row_geometry.of_columns(n.load(row.width, column), n.load(row.per_width, column)),
         };
         Self { size, k: kinematics(&size, [&ux, &uy, &uz]), v }
     }
@@ -185,15 +190,15 @@ pub(super) fn equilibrium<R: Real, L: LawKernel>(
 ) -> Equilibrium<R> {
     let Motion { size, k, v } = motion;
     let warm = each!(i in 2 => dt.load(row.element[field::HEIGHT + i], at));
-    let guide = Predictor {
+    let predictor = Predictor {
         dh_dstretch: each!(i in 2 => dt.load(row.element[field::PREDICTOR + i], at)),
         force_share: each!(i in 2 => dt.load(row.element[field::PREDICTOR + 2 + i], at)),
     };
-    let warm = guide.heights(warm, Growth::new(size, k, v, dt).stretching(k));
+    let warm = predictor.heights(warm, Growth::new(size, k, v, dt).stretching(k));
     let cell = crossover::solve::<R, L>(&c.cell, k.extension, warm, both);
     for i in 0..2 {
-        cell.guide.dh_dstretch[i].store(row.element[field::PREDICTOR + i], at);
-        cell.guide.force_share[i].store(row.element[field::PREDICTOR + 2 + i], at);
+        cell.predictor.dh_dstretch[i].store(row.element[field::PREDICTOR + i], at);
+        cell.predictor.force_share[i].store(row.element[field::PREDICTOR + 2 + i], at);
     }
     cell
 }
@@ -209,12 +214,12 @@ pub(super) struct YarnsLeft<R: Real> {
 }
 
 impl<R: Real> YarnsLeft<R> {
-    /// `life`: as stored.
+    /// `intact`: as stored.
     #[inline(always)]
-    pub(super) fn judge(c: &ElementConstants<R>, extension: &[R; 2], life: [R; 2]) -> Self {
+    pub(super) fn evaluate(c: &ElementConstants<R>, extension: &[R; 2], intact: [R; 2]) -> Self {
         let n = c.area;
-        let was_alive = Self::were_alive(life);
-        let failed = each!(i in 2 => was_alive[i] & life[i].le(n.splat_like(MARKED_FOR_FAILURE)));
+        let was_alive = Self::were_alive(intact);
+        let failed = each!(i in 2 => was_alive[i] & intact[i].le(n.splat_like(MARKED_FOR_FAILURE)));
         let straight = each!(i in 2 => c.cell.yarn[i].straight(extension[i]));
         Self {
             was_alive,
@@ -226,9 +231,9 @@ impl<R: Real> YarnsLeft<R> {
     }
 
     #[inline(always)]
-    pub(super) fn were_alive(life: [R; 2]) -> [R::Mask; 2] {
-        let half = life[0].splat_like(0.5);
-        each!(i in 2 => half.lt(life[i]))
+    pub(super) fn were_alive(intact: [R; 2]) -> [R::Mask; 2] {
+        let half = intact[0].splat_like(0.5);
+        each!(i in 2 => half.lt(intact[i]))
     }
 
     /// Where both yarns were there before this step.
@@ -263,7 +268,7 @@ impl<R: Real> YarnsLeft<R> {
 
     /// Keeps the strains that failure is judged by, those of broken yarns as [`BROKEN`], and gives them.
     #[inline(always)]
-    pub(super) fn keep_strains(
+    pub(super) fn store_strains(
         &self,
         strains: &mut [&mut [R::Scalar]; field::STRAIN],
         cell: &Equilibrium<R>,
@@ -281,18 +286,18 @@ impl<R: Real> YarnsLeft<R> {
 /// Forces on them.
 pub(super) struct Forces<R> {
     /// Viscous forces of the yarns [N].
-    pub(super) drag: [R; 2],
+    pub(super) viscous: [R; 2],
     /// Trellis shear of elements with two yarns; `None`: the fabric resists none.
     pub(super) trellis: Option<FadedShear<R>>,
     /// P1·Ly/2 and P2·Lx/2 [N].
     pub(super) membrane: [Vector<R>; 2],
-    /// Of the yarns on the difference of opposite edges [N].
+    /// Force of the yarns on the difference of opposite edges [N].
     pub(super) on_mode: Vector<R>,
 }
 
 /// Viscous forces of the yarns [N], which it keeps, and what they dissipated since the last step [J].
 #[inline(always)]
-pub(super) fn drag<R: Real>(
+pub(super) fn viscous_forces<R: Real>(
     c: &ElementConstants<R>,
     fields: &mut [&mut [R::Scalar]; field::VISCOUS],
     motion: &Motion<R>,

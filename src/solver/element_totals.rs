@@ -18,7 +18,7 @@ pub mod field {
     pub const HOURGLASS: usize = 6;
     /// All forces.
     pub const FORCES: std::ops::Range<usize> = 0..9;
-    /// What predicts the next heights: `dh_dstretch` [m] of warp and weft, `force_share` [-] of both; see [`Predictor`](crate::physics::coupled_newton::Predictor).
+    /// Predictor of the next heights: `dh_dstretch` [m] of warp and weft, `force_share` [-] of both; see [`Predictor`](crate::physics::coupled_newton::Predictor).
     pub const PREDICTOR: usize = 9;
     /// Yarn heights h1, h2 [m].
     pub const HEIGHT: usize = 13;
@@ -37,7 +37,7 @@ pub mod field {
 pub struct ElementRow<'a, S> {
     /// Displacement x, y, z then velocity x, y, z of the row of nodes below.
     pub below: [&'a [S]; 6],
-    /// The same above.
+    /// Fields of the row above.
     pub above: [&'a [S]; 6],
     /// Element fields; column c is stored at c + 1 so that node c finds its left neighbour at c.
     pub element: [&'a mut [S]; field::COUNT],
@@ -51,9 +51,9 @@ pub struct ElementRow<'a, S> {
     pub width: &'a [S],
     /// See `width`.
     pub per_width: &'a [S],
-    /// What the unit-cell law makes of energy by itself, for the ledger; `None`: nothing.
+    /// Energy that the unit-cell law makes by itself; `None`: none.
     pub law_energy: Option<&'a LawEnergy>,
-    /// How many numbers further on the next row of elements has its fields, and the next row of nodes those of the one above.
+    /// Distance in numbers to the fields of the next row of elements, and to those of the next row of nodes.
     pub prefetch: [usize; 2],
 }
 
@@ -65,13 +65,13 @@ impl<S> ElementRow<'_, S> {
     }
 }
 
-/// What of the kernel a step needs.
+/// Parts of the kernel that a step needs.
 #[derive(Clone, Copy, Debug)]
 pub struct Extent {
     /// The fabric resists trellis shear.
     pub shear: bool,
     /// The energies of the state are asked for.
-    pub ledger: bool,
+    pub sample: bool,
 }
 
 /// A field of the nodes at the corners of elements from `column` on, counter-clockwise.
@@ -103,11 +103,11 @@ pub struct ElementTotals {
     pub released: [f64; 2],
     /// Energy that the unit-cell law has made by itself in cells that failed in this step [J].
     pub law_released: f64,
-    /// The same in whole cells now [J]; only in ledger steps.
+    /// Energy that the unit-cell law has made in whole cells now [J]; only in sampled steps.
     pub law_energy: f64,
-    /// Elastic energy stored now (state function) [J]; only in ledger steps.
+    /// Elastic energy stored now (state function) [J]; only in sample steps.
     pub stored: f64,
-    /// Hourglass energy now [J]; only in ledger steps.
+    /// Hourglass energy now [J]; only in sample steps.
     pub hourglass: f64,
     /// Unit-cell solves that did not meet the residual.
     pub unconverged: u32,
@@ -117,11 +117,11 @@ pub struct ElementTotals {
     pub solved: f64,
     /// Largest residual [N].
     pub max_residual: f64,
-    /// Largest yarn tension now [N]; only in ledger steps.
+    /// Largest yarn tension now [N]; only in sample steps.
     pub max_tension: f64,
-    /// Largest yarn tension over the yarn's breaking load now [-], of those that carry less; only in ledger steps.
+    /// Largest yarn tension over the yarn's breaking load now [-], of those that carry less; only in sample steps.
     pub max_load: f64,
-    /// Largest |z displacement| of a corner of a standing element [m]; only in ledger steps.
+    /// Largest |z displacement| of a corner of a standing element [m]; only in sample steps.
     pub max_deflection: f64,
     /// Largest strain of warp and weft now [-].
     pub largest_strain: [f64; 2],
@@ -155,7 +155,7 @@ pub(super) struct RowSums {
 
 impl RowSums {
     #[inline(always)]
-    pub(super) fn add_to(&self, totals: &mut ElementTotals, ledger: bool) {
+    pub(super) fn add_to(&self, totals: &mut ElementTotals, sample: bool) {
         totals.internal_work += self.work.total();
         totals.viscous_work += self.dissipated.total();
         totals.law_energy += self.law[0].total();
@@ -163,7 +163,7 @@ impl RowSums {
         if !totals.failures.is_empty() {
             totals.released = each!(i in 2 => self.released[i].total());
         }
-        if ledger {
+        if sample {
             totals.stored += self.stored.total();
             totals.hourglass += self.hourglass.total();
         }
@@ -171,7 +171,7 @@ impl RowSums {
 }
 
 /// Largest values in a row, lane by lane, and evaluations. Apart from the sums, which lie in memory: these stay in registers.
-pub(super) struct RowLanes<R> {
+pub(super) struct RowMaxima<R> {
     pub(super) strain: [R; 2],
     pub(super) residual: R,
     pub(super) tension: R,
@@ -181,7 +181,7 @@ pub(super) struct RowLanes<R> {
     pub(super) iterations: R,
 }
 
-impl<R: Real> RowLanes<R> {
+impl<R: Real> RowMaxima<R> {
     #[inline(always)]
     pub(super) fn new(n: R) -> Self {
         let zero = n.zero();
@@ -226,7 +226,7 @@ pub(super) fn release<R: Real>(
     // Forces that break in this step never act, so the last half step's work on them was not done either.
     // Of what acts now only the elastic part changes what is stored.
     let elastic = each!(i in 2 => R::select(yarns.was_alive[i], cell.in_plane[i], zero));
-    let intact = each!(i in 2 => elastic[i] + forces.drag[i]);
+    let intact = each!(i in 2 => elastic[i] + forces.viscous[i]);
     let (warp_intact, weft_intact) = membrane(size, k, &intact, was.as_ref());
     let mode_intact = mode_force(size, k, &elastic, was.as_ref());
     let [warp, weft] = &forces.membrane;
@@ -260,14 +260,14 @@ pub(super) fn release<R: Real>(
     }
 }
 
-/// Adds those of a ledger step.
+/// Adds those of a sample step.
 #[inline(always)]
 pub(super) fn energies<R: Real>(
     c: &ElementConstants<R>,
     row: &ElementRow<'_, R::Scalar>,
     elements: &Elements<R>,
     sums: &mut RowSums,
-    lanes: &mut RowLanes<R>,
+    maxima: &mut RowMaxima<R>,
 ) {
     let Elements { column, motion, cell, yarns, forces } = elements;
     let Motion { size, k, .. } = motion;
@@ -287,12 +287,12 @@ pub(super) fn energies<R: Real>(
     if let Some(law) = row.law_energy {
         sums.law[0].add(R::select(both_left, law.shares(&k.extension) * cells, zero), *column);
     }
-    lanes.tension = lanes.tension.max(tension[0].max(tension[1]));
+    maxima.tension = maxima.tension.max(tension[0].max(tension[1]));
     // Tension over breaking load is strain over failure strain.
     let part = each!(i in 2 => R::select(yarns.alive[i], strain[i] / c.cell.yarn[i].failure_strain, zero));
     // A mean over the failure length stands for what is beyond.
     let part = part.map(|part| R::select(part.lt(n.one()), part, zero));
-    lanes.load = lanes.load.max(part[0].max(part[1]));
+    maxima.load = maxima.load.max(part[0].max(part[1]));
     let [p, q, r, s] = corners(n, row, 2, *column);
-    lanes.deflection = lanes.deflection.max(R::select(any, p.abs().max(q.abs()).max(r.abs().max(s.abs())), zero));
+    maxima.deflection = maxima.deflection.max(R::select(any, p.abs().max(q.abs()).max(r.abs().max(s.abs())), zero));
 }

@@ -1,4 +1,4 @@
-//! The energy and momentum ledger, always on.
+//! Balance of energy and momentum, always on.
 //!
 //! Internal work is the work of element forces on element deformation, by the trapezoidal rule; kinetic energy is
 //! taken at the time of the positions, K = ½ Σ m v⁺·(v⁺ − Δt f/m). With these two the leapfrog keeps
@@ -56,7 +56,7 @@ pub struct EnergyBalance {
     planes: MirrorPlanes,
 }
 
-/// What one ply holds at one time.
+/// Energies and deflection of a ply at one time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct PlyMoment {
@@ -107,9 +107,9 @@ pub struct Balance {
     pub projectile: f64,
     /// Work of prescribed motion.
     pub external: f64,
-    /// Of the work ledger: (total − initial total) over the initial energy, or over the work put in where that is larger [-].
+    /// Error of the balance from the work on the elements: (total − initial total) over the initial energy, or over the work put in where that is larger [-].
     pub error: f64,
-    /// Of state functions: energy that nothing accounts for, the law's own share apart, over the same [-].
+    /// Error of the balance from state functions: energy that nothing accounts for, the law's own share apart, over the same [-].
     pub gained: f64,
     /// Length of the momentum error vector over the initial momentum (or the largest impulse) [-].
     pub momentum_error: f64,
@@ -120,7 +120,7 @@ pub struct Balance {
 }
 
 impl Balance {
-    /// The balance of so many scenes like this.
+    /// Balance of a number of scenes like this.
     #[must_use]
     pub fn times(self, copies: f64) -> Self {
         Self {
@@ -142,7 +142,7 @@ impl Balance {
 }
 
 impl EnergyBalance {
-    /// A ledger of the part of a scene that these planes leave. Momentum across them it does not look at: in the whole it cancels.
+    /// Balance of the part of a scene that these planes leave. Momentum across them it does not look at: in the whole it cancels.
     pub(crate) fn of_part(planes: MirrorPlanes) -> Self {
         Self { planes, ..Self::default() }
     }
@@ -173,13 +173,13 @@ impl EnergyBalance {
         self.plies_are(plies);
     }
 
-    /// What each ply holds now.
+    /// Energies and deflections of the plies now.
     pub(crate) fn plies_are(&mut self, plies: impl Iterator<Item = PlyMoment>) {
         self.plies.clear();
         self.plies.extend(plies);
     }
 
-    /// What each ply held at the last sample.
+    /// Energies and deflections of the plies at the last sample.
     pub fn plies(&self) -> &[PlyMoment] {
         &self.plies
     }

@@ -42,7 +42,7 @@ pub fn evaluate_failure<S: Scalar>(model: &Model<S>, state: &mut State<S>, last:
     found.largest
 }
 
-/// What breaks, and the largest load.
+/// Yarns that break, and the largest load.
 #[derive(Default)]
 struct Found {
     /// Row of the pack, yarn (0 warp, 1 weft), column.

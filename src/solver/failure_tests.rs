@@ -8,7 +8,7 @@ fn judged(strain: impl Fn(usize, usize) -> f64, sets: &[&str]) -> (Vec<[usize; 2
     judged_with(strain, sets, |_| None)
 }
 
-/// The same with a strength of each element.
+/// Ply type judged with a strength of each element.
 fn judged_with(
     strain: impl Fn(usize, usize) -> f64,
     sets: &[&str],

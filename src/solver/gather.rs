@@ -9,7 +9,7 @@ use crate::solver::state::{Rows, split};
 pub struct Neighbours<'a, S> {
     /// Forces of the row of elements below, in storage order.
     pub below: [&'a [S]; element::FORCES.end],
-    /// The same above.
+    /// Fields of the row above.
     pub above: [&'a [S]; element::FORCES.end],
 }
 

@@ -67,7 +67,7 @@ pub struct FailureEvent {
     pub strain: f64,
 }
 
-/// What one step did.
+/// Totals of one step.
 #[derive(Clone, Debug, Default)]
 pub struct StepTotals {
     /// ½ m v² of the fabric after the step [J].
@@ -107,10 +107,10 @@ pub struct Divergence {
     pub place: [usize; 3],
 }
 
-/// One step in so many does elements and nodes one after the other, which changes no bit, to learn what share each has.
+/// Steps between two that do elements and nodes one after the other, which changes no bit, to measure the share of each.
 const APART: u64 = 64;
 
-/// What the stages of a step work on.
+/// Model, state and sums that the stages of a step work on.
 pub struct Context<'a, S> {
     /// Constant.
     pub model: &'a Model<S>,
@@ -118,16 +118,16 @@ pub struct Context<'a, S> {
     pub state: &'a mut State<S>,
     /// Takes note of work and losses.
     pub balance: &'a mut EnergyBalance,
-    /// What the step has done so far.
+    /// Totals of the step so far.
     pub totals: StepTotals,
-    /// Whether the ledger takes the energies at the time of the positions.
+    /// Whether the balance samples the energies at the time of the positions.
     pub sample: bool,
 }
 
 impl<'a, S: Scalar> Context<'a, S> {
     /// A step about to begin.
-    pub fn new(model: &'a Model<S>, state: &'a mut State<S>, ledger: &'a mut EnergyBalance, sample: bool) -> Self {
-        Self { model, state, balance: ledger, totals: StepTotals::default(), sample }
+    pub fn new(model: &'a Model<S>, state: &'a mut State<S>, balance: &'a mut EnergyBalance, sample: bool) -> Self {
+        Self { model, state, balance, totals: StepTotals::default(), sample }
     }
 
     /// Time step of the velocities [s]: half a kick at the start puts them half a step after the positions.
@@ -138,7 +138,7 @@ impl<'a, S: Scalar> Context<'a, S> {
 
 /// Advances a state step by step.
 pub struct Stepper<S: Scalar> {
-    /// By ply type.
+    /// Kernels of each ply type.
     kernels: Vec<Box<dyn RowKernels<S>>>,
     element_totals: Vec<ElementTotals>,
     /// Whether those are of the last step.
@@ -146,15 +146,15 @@ pub struct Stepper<S: Scalar> {
     /// Largest load of a yarn over the failure length in the last step, over its breaking load, where a piece carries more than that.
     load: f64,
     node_totals: Vec<NodeTotals>,
-    /// What a row of nodes without elements on one side reads.
+    /// Zeros for a row of nodes without elements on one side.
     nothing: Vec<S>,
-    /// What had been reached when the step began.
+    /// Active region of each ply when the step began.
     reached: Vec<ActiveRegion>,
     plies: PlyContact<S>,
     projectile: ProjectileContact,
     /// Failures of the last step.
     pub failures: Vec<FailureEvent>,
-    /// What the phases of the steps so far took.
+    /// Time that the phases of the steps so far took.
     pub stopwatch: Stopwatch,
 }
 
@@ -187,10 +187,10 @@ impl<S: KernelScalar> Stepper<S> {
         &mut self,
         model: &Model<S>,
         state: &mut State<S>,
-        ledger: &mut EnergyBalance,
+        balance: &mut EnergyBalance,
         sample: bool,
     ) -> StepTotals {
-        let mut context = Context::new(model, state, ledger, sample);
+        let mut context = Context::new(model, state, balance, sample);
         self.stopwatch.start();
         if context.state.step.is_multiple_of(APART) {
             self.elements(&mut context);
@@ -282,14 +282,14 @@ impl<S: KernelScalar> Stepper<S> {
 
     /// Adds up what the rows of elements did, in row order.
     fn collect_elements(&mut self, context: &mut Context<'_, S>) {
-        let Context { model, state, balance: ledger, totals, sample } = context;
+        let Context { model, state, balance, totals, sample } = context;
         self.failures.clear();
         for (index, row) in self.element_totals.iter().enumerate() {
-            ledger.work += row.internal_work;
-            ledger.viscous += row.viscous_work;
-            ledger.law_released += row.law_released;
-            ledger.released[0] += row.released[0];
-            ledger.released[1] += row.released[1];
+            balance.work += row.internal_work;
+            balance.viscous += row.viscous_work;
+            balance.law_released += row.law_released;
+            balance.released[0] += row.released[0];
+            balance.released[1] += row.released[1];
             totals.unconverged += u64::from(row.unconverged);
             totals.iterations += row.iterations;
             totals.solved += row.solved;
@@ -311,7 +311,7 @@ impl<S: KernelScalar> Stepper<S> {
             }
         }
         if *sample {
-            ledger.sample_elements(&self.element_totals, &model.grid, self.load);
+            balance.sample_elements(&self.element_totals, &model.grid, self.load);
         }
     }
 }

@@ -30,7 +30,7 @@ pub struct RowMass<'a, S> {
 /// The fields of a row of nodes.
 pub type NodeRow<'a, S> = [&'a mut [S]; field::COUNT];
 
-/// What of a row of nodes is to be advanced.
+/// Part of a row of nodes to be advanced.
 #[derive(Clone, Debug)]
 pub struct NodeRange {
     /// Columns.
@@ -47,9 +47,9 @@ pub struct NodeTotals {
     /// ½ m v² after the step [J].
     pub kinetic: f64,
     /// ½ m v⁺·(v⁺ − Δt f/m): kinetic energy at the time of the positions, consistent with trapezoidal work [J].
-    /// Only in ledger steps.
+    /// Only in sample steps.
     pub kinetic_now: f64,
-    /// Momentum after the step [kg·m/s]; only in ledger steps.
+    /// Momentum after the step [kg·m/s]; only in sample steps.
     pub momentum: [f64; 3],
     /// Impulse of the supports in this step [N·s].
     pub support: [f64; 3],
@@ -58,7 +58,7 @@ pub struct NodeTotals {
 }
 
 /// Advances a part of one row of nodes, as many like `n` at a time as that holds: v += kick·f/m, u += drift·v.
-/// `ledger`: the energies of the state are asked for.
+/// `sample`: the energies of the state are asked for.
 #[inline(always)]
 pub fn node_update<R: Real>(
     n: R,
@@ -67,7 +67,7 @@ pub fn node_update<R: Real>(
     node: &mut NodeRow<'_, R::Scalar>,
     part: &NodeRange,
     [kick, drift]: [f64; 2],
-    ledger: bool,
+    sample: bool,
 ) -> NodeTotals {
     let NodeRange { range, columns, edge_row } = part;
     let columns = *columns;
@@ -95,7 +95,7 @@ pub fn node_update<R: Real>(
             velocity.store(node[field::VELOCITY + a], column);
             displacement.store(node[field::DISPLACEMENT + a], column);
             speed = velocity.fused(velocity, speed);
-            if ledger {
+            if sample {
                 now = now + velocity * (velocity - drift_r * force[a] * inverse);
                 momentum[a].add(m * velocity, column);
             }
@@ -106,7 +106,7 @@ pub fn node_update<R: Real>(
         }
         kinetic.add(half * m * speed, column);
         fastest = fastest.max(speed);
-        if ledger {
+        if sample {
             kinetic_now.add(half * m * now, column);
         }
         column += R::LANES;
@@ -114,7 +114,7 @@ pub fn node_update<R: Real>(
     // What is not asked for need not be added up.
     let mut totals =
         NodeTotals { kinetic: kinetic.total(), max_speed_squared: fastest.reduce_max(), ..NodeTotals::default() };
-    if ledger {
+    if sample {
         totals.kinetic_now = kinetic_now.total();
         totals.momentum = each!(a in 3 => momentum[a].total());
     }

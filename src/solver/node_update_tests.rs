@@ -8,12 +8,12 @@ fn kinetic_energy_after_a_step_without_force_is_that_before() {
     let mass = RowMass { inverse: [&[0.5, 0.25, 0.5][..]; 3], mass: &[2.0, 4.0, 2.0] };
     let mut rows = [[0.0; 3], [0.0; 3], [0.0; 3], [1.0, 2.0, 3.0], [0.0, 5.0, 0.0], [7.0, 0.0, 0.0]];
     let part = NodeRange { range: 0..3, columns: 3, edge_row: false };
-    for ledger in [false, true] {
+    for sample in [false, true] {
         let [a, b, c, d, e, f] = &mut rows;
         let mut node: NodeRow<'_, f64> = [a, b, c, d, e, f];
-        let totals = node_update(0.0, &around, &mass, &mut node, &part, [0.1, 0.2], ledger);
+        let totals = node_update(0.0, &around, &mass, &mut node, &part, [0.1, 0.2], sample);
         // ½ Σ m v²: 1·(1 + 49) + 2·(4 + 25) + 1·9.
         assert_eq!((totals.kinetic, totals.max_speed_squared), (117.0, 50.0));
-        assert_eq!(totals.kinetic_now, if ledger { 117.0 } else { 0.0 });
+        assert_eq!(totals.kinetic_now, if sample { 117.0 } else { 0.0 });
     }
 }

@@ -25,7 +25,7 @@ use crate::solver::state::State;
 struct Contacts([Vec<FoundContacts>; SIDES]);
 
 impl Contacts {
-    /// What was found, part by part.
+    /// Contacts found, part by part.
     fn found(&self) -> impl Iterator<Item = &FoundContacts> {
         self.0.iter().flatten()
     }
@@ -43,12 +43,12 @@ impl Contacts {
 
 /// Contact between the plies of a pack.
 pub(super) struct PlyContact<S> {
-    /// By ply.
+    /// Contacts of each ply.
     contacts: Vec<Contacts>,
-    /// By ply.
-    loads: Vec<ImpulseAccumulator>,
+    /// Impulses of each ply.
+    accumulators: Vec<ImpulseAccumulator>,
     broad_phase: Box<dyn BroadPhase<S>>,
-    /// How far any node may have gone so far [m].
+    /// Largest distance that any node may have gone so far [m].
     pub(super) travel: f64,
 }
 
@@ -59,7 +59,7 @@ impl<S: KernelScalar> PlyContact<S> {
         let plies = model.plies.len();
         Self {
             contacts: vec![contacts; plies],
-            loads: vec![ImpulseAccumulator::new(nodes); plies],
+            accumulators: vec![ImpulseAccumulator::new(nodes); plies],
             broad_phase: S::broad_phase(vectors),
             travel: 0.0,
         }
@@ -88,14 +88,14 @@ impl<S: KernelScalar> PlyContact<S> {
         let state = &*context.state;
         let plies = model.plies.len();
         let sides = (0..plies).flat_map(|ply| (0..SIDES).map(move |side| (ply, side)));
-        let look = |(ply, side)| Some(PlySearch::new(model, state, ply, side, neighbour(ply, side, plies)?));
-        let looks: Vec<_> = sides.map(look).collect();
+        let search = |(ply, side)| Some(PlySearch::new(model, state, ply, side, neighbour(ply, side, plies)?));
+        let searches: Vec<_> = sides.map(search).collect();
         let found = self.contacts.iter_mut().flat_map(|contacts| &mut contacts.0);
         let mut parts = Vec::new();
-        for ((look, over), found) in looks.iter().zip(over.chunks_mut(model.nodes_per_ply())).zip(found) {
+        for ((search, over), found) in searches.iter().zip(over.chunks_mut(model.nodes_per_ply())).zip(found) {
             found.iter_mut().for_each(FoundContacts::clear);
-            if let Some(look) = look {
-                parts.extend(look.parts(over, found, travel));
+            if let Some(search) = search {
+                parts.extend(search.parts(over, found, travel));
             }
         }
         // By rows, as the sweep shares them out, so that a thread mostly meets nodes of its own.
@@ -110,15 +110,15 @@ impl<S: KernelScalar> PlyContact<S> {
     fn share(&mut self, model: &Model<S>) {
         let across = model.grid.columns + 1;
         let contacts = &self.contacts;
-        self.loads.par_iter_mut().enumerate().for_each(|(ply, load)| {
+        self.accumulators.par_iter_mut().enumerate().for_each(|(ply, accumulator)| {
             let mesh = &model.ply_type(ply).mesh;
             for p in contacts[ply].points() {
-                load.share(p.row as usize * across + p.column as usize, 1.0);
+                accumulator.share(p.row as usize * across + p.column as usize, 1.0);
             }
             for p in against(contacts, ply) {
                 for ((row, column), weight) in corners(p.cell.map(|at| at as usize)).into_iter().zip(p.weights) {
                     if weight > 0.0 {
-                        load.share(row * across + column, weight * p.part / mesh.part_of(row, column));
+                        accumulator.share(row * across + column, weight * p.part / mesh.part_of(row, column));
                     }
                 }
             }
@@ -128,11 +128,11 @@ impl<S: KernelScalar> PlyContact<S> {
     /// The impulse of every contact, each on its own.
     fn solve(&mut self, context: &Context<'_, S>) {
         let (model, state) = (context.model, &*context.state);
-        let loads = &self.loads;
+        let accumulators = &self.accumulators;
         self.contacts.par_iter_mut().enumerate().for_each(|(ply, Contacts(sides))| {
             for (side, found) in sides.iter_mut().enumerate() {
-                if let Some(other) = neighbour(ply, side, loads.len()) {
-                    let pair = [ply, other].map(|ply| (PlyView::new(model, state, ply), &loads[ply]));
+                if let Some(other) = neighbour(ply, side, accumulators.len()) {
+                    let pair = [ply, other].map(|ply| (PlyView::new(model, state, ply), &accumulators[ply]));
                     found.iter_mut().for_each(|found| solve(model, &pair, found));
                 }
             }
@@ -145,39 +145,39 @@ impl<S: KernelScalar> PlyContact<S> {
         let across = model.grid.columns + 1;
         let State { nodes, elements, .. } = &mut *context.state;
         let length = nodes.row_length() * (model.grid.rows + 1);
-        let mover = ImpulseApplier { model, elements, nothing, stride: nodes.stride, kick, sample };
+        let applier = ImpulseApplier { model, elements, nothing, stride: nodes.stride, kick, sample };
         let contacts = &self.contacts;
-        let plies = self.loads.par_iter_mut().zip(nodes.data.par_chunks_mut(length)).enumerate();
-        plies.for_each(|(ply, (load, nodes))| {
+        let plies = self.accumulators.par_iter_mut().zip(nodes.data.par_chunks_mut(length)).enumerate();
+        plies.for_each(|(ply, (accumulator, nodes))| {
             for p in contacts[ply].points() {
-                load.add(p.row as usize * across + p.column as usize, p, 1.0);
+                accumulator.add(p.row as usize * across + p.column as usize, p, 1.0);
             }
             for p in against(contacts, ply) {
                 for (at, weight) in corner_nodes(p.cell, across).into_iter().zip(p.weights) {
-                    load.add(at, p, -weight);
+                    accumulator.add(at, p, -weight);
                 }
             }
-            mover.apply(ply, load, nodes);
+            applier.apply(ply, accumulator, nodes);
         });
     }
 
     /// Takes note of what contact did, ply after ply.
     fn collect(&mut self, context: &mut Context<'_, S>) {
-        for (ply, (contacts, load)) in self.contacts.iter().zip(&mut self.loads).enumerate() {
-            let (effect, ledger) = (&mut load.effect, &mut *context.balance);
+        for (ply, (contacts, accumulator)) in self.contacts.iter().zip(&mut self.accumulators).enumerate() {
+            let (effect, balance) = (&mut accumulator.effect, &mut *context.balance);
             let friction: f64 = contacts.found().map(|found| found.friction).sum();
             for found in contacts.found() {
                 context.totals.ply_contacts += found.points.len() as u64;
                 context.totals.ply_penetration = context.totals.ply_penetration.max(found.penetration);
             }
-            ledger.contact += effect.loss - friction;
-            ledger.separation += effect.correction_work;
-            ledger.work += effect.correction_work;
-            ledger.friction += friction;
+            balance.contact += effect.loss - friction;
+            balance.separation += effect.correction_work;
+            balance.work += effect.correction_work;
+            balance.friction += friction;
             for a in 0..3 {
-                ledger.support[a] -= effect.support[a];
+                balance.support[a] -= effect.support[a];
             }
-            effect.correct(ledger, ply);
+            effect.correct(balance, ply);
             context.state.active[ply] = context.state.active[ply].union(&effect.reach);
         }
     }
@@ -186,7 +186,7 @@ impl<S: KernelScalar> PlyContact<S> {
 /// The impulses of contacts of a ply with a neighbour, both with what is asked of their nodes.
 fn solve<S: Scalar>(
     model: &Model<S>,
-    [(own, load), (theirs, their_load)]: &[(PlyView<'_, S>, &ImpulseAccumulator); 2],
+    [(own, accumulator), (theirs, their_accumulator)]: &[(PlyView<'_, S>, &ImpulseAccumulator); 2],
     found: &mut FoundContacts,
 ) {
     let at = |row: usize, column: usize| row * (model.grid.columns + 1) + column;
@@ -194,20 +194,20 @@ fn solve<S: Scalar>(
         let [row, column] = [p.row as usize, p.column as usize];
         let mut velocity = own.velocity(row, column);
         // A share below one would let a light touch of a corner throw it away.
-        let mut compliance = load.shares[at(row, column)].max(1.0) * own.inverse(row, column, &p.push);
+        let mut compliance = accumulator.shares[at(row, column)].max(1.0) * own.inverse(row, column, &p.normal);
         for ((r, c), weight) in corners(p.cell.map(|at| at as usize)).into_iter().zip(p.weights) {
             velocity -= theirs.velocity(r, c) * weight;
-            compliance += weight * their_load.shares[at(r, c)].max(1.0) * theirs.inverse(r, c, &p.push);
+            compliance += weight * their_accumulator.shares[at(r, c)].max(1.0) * theirs.inverse(r, c, &p.normal);
         }
         if compliance <= 0.0 {
             continue;
         }
-        let kappa = 1.0 / compliance;
-        let (normal, drag) = ply_contact::impulse(&velocity, &p.push, p.limit, kappa, model.ply_friction);
-        let slide = velocity - p.push * velocity.dot(&p.push);
-        found.friction -= drag.dot(&(slide + drag * (0.5 * compliance))) * p.part;
-        p.impulse = (p.push * normal + drag) * p.part;
-        p.shift = p.push * (kappa * p.recovery * p.part);
+        let effective_mass = 1.0 / compliance;
+        let (along, across) = ply_contact::impulse(&velocity, &p.normal, p.limit, effective_mass, model.ply_friction);
+        let slide = velocity - p.normal * velocity.dot(&p.normal);
+        found.friction -= across.dot(&(slide + across * (0.5 * compliance))) * p.part;
+        p.impulse = (p.normal * along + across) * p.part;
+        p.correction = p.normal * (effective_mass * p.recovery * p.part);
     }
 }
 

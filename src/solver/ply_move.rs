@@ -14,7 +14,7 @@ use crate::solver::state::Rows;
 
 use crate::solver::ply_search::PlyContactPoint;
 
-/// What contacts ask of the nodes of a ply; shapes (rows + 1, columns + 1).
+/// Impulses that contacts give the nodes of a ply; shapes (rows + 1, columns + 1).
 #[derive(Clone, Debug, Default)]
 pub(super) struct ImpulseAccumulator {
     /// Contacts each node takes part in, by weight.
@@ -23,7 +23,7 @@ pub(super) struct ImpulseAccumulator {
     impulse: Vec<[f64; 6]>,
     /// Nodes with a share.
     touched: Vec<u32>,
-    /// What came of it.
+    /// Effect of the impulses.
     pub(super) effect: Effect,
 }
 
@@ -44,12 +44,12 @@ impl ImpulseAccumulator {
     pub(super) fn add(&mut self, at: usize, point: &PlyContactPoint, weight: f64) {
         for a in 0..3 {
             self.impulse[at][a] += point.impulse[a] * weight;
-            self.impulse[at][3 + a] += point.shift[a] * weight;
+            self.impulse[at][3 + a] += point.correction[a] * weight;
         }
     }
 }
 
-/// What moving the nodes of a ply did.
+/// Effect of moving the nodes of a ply.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Effect {
     /// Kinetic energy lost [J].
@@ -60,15 +60,15 @@ pub(super) struct Effect {
     pub(super) support: [f64; 3],
     /// Nodes moved.
     pub(super) reach: ActiveRegion,
-    /// In ledger steps.
+    /// In sampled steps.
     corrections: Vec<Correction>,
 }
 
 impl Effect {
-    /// Tells the ledger how kinetic energy and momentum at the time of the positions changed.
-    pub(super) fn correct(&mut self, ledger: &mut EnergyBalance, ply: usize) {
+    /// Changes of kinetic energy and momentum at the time of the positions, added to the balance.
+    pub(super) fn correct(&mut self, balance: &mut EnergyBalance, ply: usize) {
         for c in self.corrections.drain(..) {
-            ledger.correct_node(ply, c.mass, &c.free, &c.now, &c.pull);
+            balance.correct_node(ply, c.mass, &c.free, &c.now, &c.pull);
         }
     }
 }
@@ -82,36 +82,36 @@ struct Correction {
     pull: Vector3<f64>,
 }
 
-/// What moving the nodes of a ply needs to know.
+/// Applier of the impulses to the nodes of a ply.
 pub(super) struct ImpulseApplier<'a, S> {
     pub(super) model: &'a Model<S>,
     pub(super) elements: &'a Rows<S>,
     /// A row of elements where there is none.
     pub(super) nothing: &'a [S],
-    /// Of a field of nodes.
+    /// Numbers per field of nodes.
     pub(super) stride: usize,
     /// Time step of the velocities [s].
     pub(super) kick: f64,
-    /// Whether the ledger takes energies.
+    /// Whether the step is sampled.
     pub(super) sample: bool,
 }
 
 impl<S: Scalar> ImpulseApplier<'_, S> {
-    /// Gives the nodes of a ply their impulses, and leaves of the load what came of it.
-    pub(super) fn apply(&self, ply: usize, load: &mut ImpulseAccumulator, nodes: &mut [S]) {
+    /// Gives the nodes of a ply their impulses, and leaves of the accumulator what came of it.
+    pub(super) fn apply(&self, ply: usize, accumulator: &mut ImpulseAccumulator, nodes: &mut [S]) {
         let (model, stride) = (self.model, self.stride);
         let ply_type = model.ply_type(ply);
         let (mesh, across) = (&ply_type.mesh, model.grid.columns + 1);
         let mut effect = Effect::default();
         let mut last = usize::MAX;
         let mut around = neighbours(model, self.elements, self.nothing, ply, 0);
-        for at in load.touched.drain(..) {
+        for at in accumulator.touched.drain(..) {
             let at = at as usize;
             let (row, column) = (at / across, at % across);
-            load.shares[at] = 0.0;
-            let [x, y, z, p, q, r] = std::mem::replace(&mut load.impulse[at], [0.0; 6]);
-            let [impulse, shift] = [[x, y, z], [p, q, r]].map(|v| mesh.to_ply(v));
-            if impulse == [0.0; 3] && shift == [0.0; 3] {
+            accumulator.shares[at] = 0.0;
+            let [x, y, z, p, q, r] = std::mem::replace(&mut accumulator.impulse[at], [0.0; 6]);
+            let [impulse, correction] = [[x, y, z], [p, q, r]].map(|v| mesh.to_ply(v));
+            if impulse == [0.0; 3] && correction == [0.0; 3] {
                 continue;
             }
             effect.reach.activate(row, column);
@@ -122,14 +122,14 @@ impl<S: Scalar> ImpulseApplier<'_, S> {
                 last = row;
             }
             let force = gather(S::splat(0.0), &around, column).map(Scalar::to_f64);
-            let viscous = if shift == [0.0; 3] { shift } else { self.viscous(ply, row, column) };
+            let viscous = if correction == [0.0; 3] { correction } else { self.viscous(ply, row, column) };
             let place = |field: usize| (row * node::COUNT + field) * stride + column;
             let free = [0, 1, 2].map(|a| nodes[place(node::VELOCITY + a)].to_f64());
             let now = [0, 1, 2].map(|a| free[a] + inverse[a] * impulse[a]);
             let mut support = [0.0; 3];
             for a in 0..3 {
                 let u = nodes[place(node::DISPLACEMENT + a)].to_f64();
-                let moved = model.dt * inverse[a] * shift[a];
+                let moved = model.dt * inverse[a] * correction[a];
                 nodes[place(node::DISPLACEMENT + a)] = S::splat(u + (model.dt * (now[a] - free[a]) + moved));
                 // Viscosity sees velocities alone: against it nothing is stored, and nothing dissipated.
                 effect.correction_work -= (force[a] - viscous[a]) * moved;
@@ -150,7 +150,7 @@ impl<S: Scalar> ImpulseApplier<'_, S> {
                 effect.corrections.push(Correction { mass: masses.mass[column].to_f64(), free, now, pull });
             }
         }
-        load.effect = effect;
+        accumulator.effect = effect;
     }
 
     /// Shock viscosity's part of the force on a node [N]. It is taken along the whole force of a yarn, which trellis shear turns a little

@@ -14,7 +14,7 @@ use crate::solver::active_region::ActiveRegion;
 use crate::solver::state::State;
 use crate::solver::state::node_stands;
 
-use crate::solver::broad_phase::{BroadPhase, Near};
+use crate::solver::broad_phase::{BroadPhase, Candidates};
 use crate::solver::ply_view::PlyView;
 
 /// A node that comes too close to a cell of the neighbouring ply.
@@ -24,26 +24,26 @@ pub(super) struct PlyContactPoint {
     pub(super) column: u32,
     /// Row and column of the cell.
     pub(super) cell: [u32; 2],
-    /// Of the cell's corners.
+    /// Weights of the cell's corners [-].
     pub(super) weights: [f64; 4],
     /// Part of the node, and so of the contact, that is in the computed part of the scene.
     pub(super) part: f64,
     /// Unit vector along which the node is driven out.
-    pub(super) push: Vector3<f64>,
+    pub(super) normal: Vector3<f64>,
     /// Least velocity along it [m/s].
     pub(super) limit: f64,
     /// Speed at which the node is moved out of the surface [m/s].
     pub(super) recovery: f64,
     /// On the node [N·s].
     pub(super) impulse: Vector3<f64>,
-    /// The same for moving it out, without a velocity left [N·s].
-    pub(super) shift: Vector3<f64>,
+    /// Impulse that moves it out without a velocity left [N·s].
+    pub(super) correction: Vector3<f64>,
 }
 
 /// Rows of nodes of a part.
 pub(super) const ROWS: usize = 8;
 
-/// What was found in some rows of a ply's nodes, against one neighbour.
+/// Contacts found in some rows of a ply's nodes, against one neighbour.
 #[derive(Clone, Debug, Default)]
 pub(super) struct FoundContacts {
     /// Contacts, in the order of the nodes.
@@ -52,22 +52,22 @@ pub(super) struct FoundContacts {
     pub(super) penetration: f64,
     /// Lost by friction of the points [J].
     pub(super) friction: f64,
-    /// What was looked at.
-    near: Near,
+    /// Candidates that were looked at.
+    candidates: Candidates,
 }
 
 impl FoundContacts {
     /// Keeps nothing but the memory.
     pub(super) fn clear(&mut self) {
         self.points.clear();
-        self.near.clear();
+        self.candidates.clear();
         (self.penetration, self.friction) = (0.0, 0.0);
     }
 }
 
-/// Some rows of a search, which one thread looks at.
+/// Some rows of a search, which one thread does.
 pub(super) struct SearchPart<'a, S> {
-    look: &'a PlySearch<'a, S>,
+    search: &'a PlySearch<'a, S>,
     rows: Range<usize>,
     columns: Range<usize>,
     over: &'a mut [u32],
@@ -82,14 +82,14 @@ impl<S: Scalar> SearchPart<'_, S> {
 
     /// Looks at every node that the broad phase lets through.
     pub(super) fn search(&mut self, broad_phase: &dyn BroadPhase<S>) {
-        let Self { look, rows, columns, over, found } = self;
-        let across = look.across();
-        broad_phase.pass(look, rows.clone(), columns.clone(), over, &mut found.near);
-        for place in &found.near {
+        let Self { search, rows, columns, over, found } = self;
+        let across = search.across();
+        broad_phase.pass(search, rows.clone(), columns.clone(), over, &mut found.candidates);
+        for place in &found.candidates {
             let [row, column] = place.map(|at| at as usize);
             let over = &mut over[(row - rows.start) * across + column];
-            if let Some((point, depth)) = look.node(row, column, over) {
-                if depth > found.penetration && look.is_whole(row, column, layup::element(*over)) {
+            if let Some((point, depth)) = search.node(row, column, over) {
+                if depth > found.penetration && search.is_whole(row, column, layup::element(*over)) {
                     found.penetration = depth;
                 }
                 found.points.extend(point);
@@ -104,10 +104,10 @@ const SAME: f64 = 1e-12;
 /// Where a node touches a cell of the neighbouring ply, or how far it is from that.
 struct Touch {
     cell: [usize; 2],
-    /// Of the cell's corners.
+    /// Weights of the cell's corners [-].
     weights: [f64; 4],
     /// Unit vector along which the node is driven out.
-    push: Vector3<f64>,
+    normal: Vector3<f64>,
     /// Along it, beyond the distance at which plies touch [m].
     gap: f64,
 }
@@ -167,7 +167,7 @@ impl<'a, S: Scalar> PlySearch<'a, S> {
             let first = index * ROWS;
             let (start, end) = (rows.start.max(first), rows.end.min(first + ROWS));
             (start < end).then(|| SearchPart {
-                look: self,
+                search: self,
                 rows: start..end,
                 columns: columns.clone(),
                 over: &mut over[(start - first) * across..(end - first) * across],
@@ -274,7 +274,7 @@ impl<'a, S: Scalar> PlySearch<'a, S> {
             if ply_contact::is_over(foot.at, cell, mesh.rows, mesh.columns, mesh.cut) {
                 let gap = sign * foot.height - self.touching;
                 let weights = ply_contact::weights(foot.at);
-                return (cell, Some(Touch { cell, weights, push: foot.normal * sign, gap }));
+                return (cell, Some(Touch { cell, weights, normal: foot.normal * sign, gap }));
             }
             let next = ply_contact::next_cell(cell, foot.at, mesh.rows, mesh.columns);
             if left[..walk].contains(&next) {
@@ -293,7 +293,7 @@ impl<'a, S: Scalar> PlySearch<'a, S> {
         (cell, None)
     }
 
-    /// How a point stands over the cells that meet at the corner of a cell to which its foot points: over the nearest of them, or of
+    /// Position of a point over the cells that meet at the corner of a cell to which its foot points: over the nearest of them, or of
     /// their edges.
     fn on_ridge(&self, [row, column]: [usize; 2], at: [f64; 2], position: &Vector3<f64>) -> Option<Touch> {
         let (mesh, sign) = (self.theirs.mesh, self.sign());
@@ -321,11 +321,11 @@ impl<'a, S: Scalar> PlySearch<'a, S> {
             } else if distance < least * (1.0 - SAME) {
                 least = distance;
                 let weights = ply_contact::weights(at);
-                let touch = || Touch { cell, weights, push: arm / distance, gap: distance - self.touching };
+                let touch = || Touch { cell, weights, normal: arm / distance, gap: distance - self.touching };
                 nearest = (sign * arm.dot(&foot.normal) > 0.0).then(touch);
             }
         }
-        // Nobody stands over the rim of a hole, which is as near to the hole as to its neighbour.
+        // No node stands over the rim of a hole, which is as near to the hole as to its neighbour.
         nearest.filter(|_| hole > least + SLOP * self.thickness)
     }
 
@@ -350,7 +350,7 @@ impl<'a, S: Scalar> PlySearch<'a, S> {
         for ((r, c), weight) in corners(touch.cell).into_iter().zip(touch.weights) {
             velocity -= self.theirs.velocity(r, c) * weight;
         }
-        let along = velocity.dot(&touch.push);
+        let along = velocity.dot(&touch.normal);
         let gap = touch.gap - along * dt;
         if !was_inside && gap < -MAX_INITIAL_PENETRATION * self.thickness {
             return None;
@@ -363,11 +363,11 @@ impl<'a, S: Scalar> PlySearch<'a, S> {
             cell: touch.cell.map(|at| at as u32),
             weights: touch.weights,
             part: self.own.mesh.part_of(row, column),
-            push: touch.push,
+            normal: touch.normal,
             limit,
             recovery,
             impulse: Vector3::zeros(),
-            shift: Vector3::zeros(),
+            correction: Vector3::zeros(),
         });
         Some((point, -gap))
     }

@@ -50,7 +50,7 @@ impl<'a, S: Scalar> PlyView<'a, S> {
         &self.ply_type.columns.place
     }
 
-    /// The same, rounded.
+    /// Reference places of the nodes of a row along it, rounded.
     #[inline(always)]
     pub(super) fn rounded_places(&self) -> &'a [S] {
         &self.ply_type.columns.rounded

@@ -55,7 +55,7 @@ fn a_node_is_as_easy_to_move_in_a_part_as_in_the_whole() {
     assert!(kinds.iter().all(|count| *count > 0), "{kinds:?}");
 }
 
-/// What a direction has along the X axis of a ply.
+/// Component of a direction along the X axis of a ply.
 fn of_part_axis(model: &Model<f64>, ply: usize, along: &Vector3<f64>) -> f64 {
     model.ply_type(ply).mesh.to_ply((*along).into())[0]
 }

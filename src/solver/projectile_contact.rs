@@ -8,7 +8,7 @@
 use nalgebra::{Matrix6, Vector3, Vector6};
 
 use crate::physics::rigid_body::RigidBody;
-use crate::solver::edge_contact::Rim;
+use crate::solver::edge_contact::EdgeContact;
 
 /// Changes of the set of pushing nodes allowed in one step.
 pub const SET_CHANGES: usize = 40;
@@ -105,7 +105,7 @@ impl ContactPoint {
     }
 
     /// Fills in the inertia along the normal.
-    pub fn set_kappa(&mut self, body_mass: f64) {
+    pub fn set_effective_mass(&mut self, body_mass: f64) {
         let along = self.normal.dot(&self.inverse.component_mul(&self.normal));
         self.effective_mass = inertia_along(along, self.mass, body_mass);
     }
@@ -116,7 +116,7 @@ pub(crate) fn inertia_along(along: f64, mass: f64, body_mass: f64) -> f64 {
     1.0 / along.max(1.0 / (HELD * body_mass.max(mass)))
 }
 
-/// What contact did in one step.
+/// Sums of contact in one step.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ContactTotals {
     /// Energy lost to the inelastic impact [J].
@@ -135,23 +135,23 @@ pub struct ContactTotals {
 
 /// Finds the impulses of one step and applies them to the body; the caller applies them to the nodes. The last points are
 /// those of the rim, as many as it has constraints.
-pub fn resolve(body: &mut RigidBody, points: &mut [ContactPoint], rim: &mut Rim, dt: f64) -> ContactTotals {
+pub fn resolve(body: &mut RigidBody, points: &mut [ContactPoint], edges: &mut EdgeContact, dt: f64) -> ContactTotals {
     let start = body.clone();
-    rim.begin(points, body.mass);
+    edges.begin(points, body.mass);
     let twist = start.twist();
     for p in points.iter_mut() {
         p.active = p.free.dot(&p.normal) - twist.at(&p.arm).dot(&p.normal) < closing_limit(p, dt);
     }
     let sweeps = if points.iter().any(|p| p.friction > 0.0) { FRICTION_SWEEPS } else { 1 };
     for sweep in 0..sweeps {
-        solve_normal(&start, body, points, rim, dt);
+        solve_normal(&start, body, points, edges, dt);
         if sweep + 1 < sweeps && update_friction(body, points) {
-            rim.propagate(points);
+            edges.propagate(points);
             continue;
         }
         break;
     }
-    account(&start, body, points, points.len() - rim.constraints.len())
+    account(&start, body, points, points.len() - edges.constraints.len())
 }
 
 /// Relative normal velocity below which a node enters the body within the step: what closes its gap exactly.
@@ -160,10 +160,16 @@ fn closing_limit(p: &ContactPoint, dt: f64) -> f64 {
 }
 
 /// Normal impulses of the active set, with changes of the set until none pulls and none enters.
-fn solve_normal(start: &RigidBody, body: &mut RigidBody, points: &mut [ContactPoint], rim: &mut Rim, dt: f64) {
+fn solve_normal(
+    start: &RigidBody,
+    body: &mut RigidBody,
+    points: &mut [ContactPoint],
+    edges: &mut EdgeContact,
+    dt: f64,
+) {
     let tolerance = NOISE * (start.speed_bound() + 1e-3);
     for change in 0..SET_CHANGES {
-        common_velocity(start, body, points, rim, dt);
+        common_velocity(start, body, points, edges, dt);
         let twist = body.twist();
         let mut changed = false;
         for p in points.iter_mut() {
@@ -180,17 +186,23 @@ fn solve_normal(start: &RigidBody, body: &mut RigidBody, points: &mut [ContactPo
             return;
         }
     }
-    common_velocity(start, body, points, rim, dt);
+    common_velocity(start, body, points, edges, dt);
     // What still pulls is let go: the next step finds what enters.
     for p in points.iter_mut().filter(|p| p.normal_impulse < 0.0) {
         p.release();
     }
-    rim.propagate(points);
+    edges.propagate(points);
     apply(start, body, points);
 }
 
 /// One solve for the body's motion with the active nodes attached, and their impulses.
-fn common_velocity(start: &RigidBody, body: &mut RigidBody, points: &mut [ContactPoint], rim: &mut Rim, dt: f64) {
+fn common_velocity(
+    start: &RigidBody,
+    body: &mut RigidBody,
+    points: &mut [ContactPoint],
+    edges: &mut EdgeContact,
+    dt: f64,
+) {
     let [moves, turns] = start.freedom;
     let act = |p: &ContactPoint, push: &Vector3<f64>| {
         let turn = if start.locked { Vector3::zeros() } else { p.arm.cross(push).component_mul(&turns) };
@@ -201,7 +213,7 @@ fn common_velocity(start: &RigidBody, body: &mut RigidBody, points: &mut [Contac
     let mut matrix = Matrix6::identity();
     let mut right = Vector6::zeros();
     if start.prescribed {
-        rim.eliminate(points, start.mass, direction, |p| closing_limit(p, dt), (&mut matrix, &mut right));
+        edges.eliminate(points, start.mass, direction, |p| closing_limit(p, dt), (&mut matrix, &mut right));
     } else {
         matrix.fixed_view_mut::<3, 3>(0, 0).copy_from(&(nalgebra::Matrix3::identity() * start.mass));
         if !start.locked {
@@ -218,7 +230,7 @@ fn common_velocity(start: &RigidBody, body: &mut RigidBody, points: &mut [Contac
                 matrix += g * g.transpose() * p.effective_mass;
             }
         }
-        rim.eliminate(points, start.mass, direction, |p| closing_limit(p, dt), (&mut matrix, &mut right));
+        edges.eliminate(points, start.mass, direction, |p| closing_limit(p, dt), (&mut matrix, &mut right));
         if start.locked {
             for a in 3..6 {
                 right[a] = 0.0;
@@ -228,11 +240,11 @@ fn common_velocity(start: &RigidBody, body: &mut RigidBody, points: &mut [Contac
             motion = factor.solve(&right);
         }
     }
-    rim.push(points, &motion);
+    edges.push(points, &motion);
     for p in points.iter_mut().filter(|p| p.active && !p.shared) {
         p.normal_impulse = p.effective_mass * (direction(p).dot(&motion) + closing_limit(p, dt) - p.speed());
     }
-    rim.propagate(points);
+    edges.propagate(points);
     apply(start, body, points);
 }
 

@@ -47,7 +47,7 @@ struct Scene {
     start: RigidBody,
     body: RigidBody,
     points: Vec<ContactPoint>,
-    rim: Rim,
+    rim: EdgeContact,
     totals: ContactTotals,
 }
 
@@ -83,7 +83,7 @@ fn random_point(numbers: &mut Numbers, body: &RigidBody, friction: f64, may_be_h
     p.signed_distance = 1e-6 * numbers.unit();
     p.free.z += if held[2] { 0.0 } else { body.velocity.z };
     p.before = p.free;
-    p.set_kappa(body.mass);
+    p.set_effective_mass(body.mass);
     p
 }
 
@@ -92,7 +92,7 @@ impl Scene {
         let body = random_body(numbers, kind);
         let mut points: Vec<_> = (0..7).map(|_| random_point(numbers, &body, friction, held)).collect();
         points[6].ply = 1;
-        let mut rim = Rim::default();
+        let mut rim = EdgeContact::default();
         // The second and the third share a node, the last lies on another ply's edge.
         for nodes in if constraints { vec![[0, 1], [1, 2], [3, 4]] } else { Vec::new() } {
             let weight = 0.5 + 0.45 * numbers.unit();
@@ -116,7 +116,7 @@ impl Scene {
         &self.points[..self.points.len() - self.rim.constraints.len()]
     }
 
-    /// What a unit impulse along its normal moves a point along it by [1/kg], and that compliance which shared nodes add.
+    /// Motion of a point along its normal under a unit impulse [1/kg], and that compliance which shared nodes add.
     fn along(&self, at: usize) -> [f64; 2] {
         let of_node = |node: usize| {
             let p = &self.points[node];
@@ -261,7 +261,7 @@ fn friction_of_heavy_nodes_throws_no_light_body() {
         body.angular_momentum *= share;
         for p in &mut scene.points {
             p.release();
-            p.set_kappa(body.mass);
+            p.set_effective_mass(body.mass);
         }
         scene.body = scene.start.clone();
         scene.totals = resolve(&mut scene.body, &mut scene.points, &mut scene.rim, DT);
@@ -278,7 +278,7 @@ fn points_that_ask_the_same_of_a_node_share_its_mass() {
     for (p, mass) in points.iter_mut().zip([2.0, 4.0, 5.0]) {
         (p.mass, p.inverse) = (mass, Vector3::repeat(1.0 / mass));
     }
-    let mut rim = Rim::default();
+    let mut rim = EdgeContact::default();
     rim.constraints.push(EdgeConstraint { nodes: [0, 1], weights: [0.75, 0.25] });
     let mut alone = points.clone();
     alone.push(point([0.0, 0.0, 1.0], [0.0; 3]));

@@ -13,8 +13,8 @@ use crate::model::{Model, layup};
 use crate::num::scalar::Scalar;
 use crate::physics::rigid_body::{RigidBody, Twist};
 use crate::solver::Context;
-use crate::solver::contact_candidates::near_nodes;
-use crate::solver::edge_contact::{EdgeConstraint, Rim};
+use crate::solver::contact_candidates::find_candidates;
+use crate::solver::edge_contact::{EdgeConstraint, EdgeContact};
 use crate::solver::gather::gather;
 use crate::solver::gather::neighbours;
 use crate::solver::node_update::field as node;
@@ -23,39 +23,39 @@ use crate::solver::projectile_contact::ContactPoint;
 use crate::solver::state::{State, node_position, node_stands};
 
 /// Steps a list of nearby nodes is meant to last.
-const NEAR_STEPS: f64 = 24.0;
+const CANDIDATE_STEPS: f64 = 24.0;
 
 /// The nodes near the projectile.
 #[derive(Default)]
 pub(super) struct ProjectileContact {
     /// Ply, row, column, in storage order.
-    near: Vec<[u32; 3]>,
-    /// How far nodes and body may still approach each other before `near` is stale [m].
-    reserve: f64,
-    /// Of `near`.
-    edges: NearEdges,
-    /// By place of `edges`, in this step.
+    candidates: Vec<[u32; 3]>,
+    /// Distance that nodes and body may still approach each other before `candidates` are stale [m].
+    skin: f64,
+    /// Edges between the candidates.
+    edges: CandidateEdges,
+    /// Candidates in this step, by their place in `edges`.
     seen: Vec<SeenNode>,
     points: Vec<ContactPoint>,
     /// Where the rim crosses edges of elements.
     crossings: Vec<ContactPoint>,
-    rim: Rim,
+    rim: EdgeContact,
 }
 
 /// Edges from near nodes along rows and columns.
 #[derive(Default)]
-struct NearEdges {
+struct CandidateEdges {
     /// Ply, row and column of the near nodes, then of what else is at an end of an edge.
     places: Vec<[usize; 3]>,
-    /// By near node: the next along its row, along its column; `None` at the edge of the ply.
+    /// Next node of each candidate along its row, along its column; `None` at the edge of the ply.
     next: Vec<[Option<usize>; 2]>,
 }
 
-impl NearEdges {
-    /// Of nodes in storage order; no edges where contact is not sampled on them.
-    fn of<S: Scalar>(model: &Model<S>, near: &[[u32; 3]]) -> Self {
-        let mut places: Vec<_> = near.iter().map(|place| place.map(|at| at as usize)).collect();
-        let edges = if model.edges { near.len() } else { 0 };
+impl CandidateEdges {
+    /// Edges of nodes in storage order; none where contact is not sampled on them.
+    fn of<S: Scalar>(model: &Model<S>, candidates: &[[u32; 3]]) -> Self {
+        let mut places: Vec<_> = candidates.iter().map(|place| place.map(|at| at as usize)).collect();
+        let edges = if model.edges { candidates.len() } else { 0 };
         // Two edges may end at one node beyond: two of it would each be given a part of its impulse, and one be lost.
         let mut beyond = BTreeMap::new();
         let mut next = Vec::with_capacity(edges);
@@ -63,7 +63,7 @@ impl NearEdges {
             let [ply, row, column] = places[at];
             let mesh = &model.ply_type(ply).mesh;
             next.push([[ply, row, column + 1], [ply, row + 1, column]].map(|place| {
-                let found = places[..near.len()].binary_search(&place).ok();
+                let found = places[..candidates.len()].binary_search(&place).ok();
                 let is_there = place[1] <= mesh.rows && place[2] <= mesh.columns;
                 found.or_else(|| {
                     is_there.then(|| {
@@ -103,13 +103,13 @@ struct SeenNode {
 impl ProjectileContact {
     /// The nodes near the body, and how far they may still approach each other before that is stale [m].
     pub(super) fn memory(&self) -> (&[[u32; 3]], f64) {
-        (&self.near, self.reserve)
+        (&self.candidates, self.skin)
     }
 
     /// Takes what [`Self::memory`] gives.
-    pub(super) fn remember<S: Scalar>(&mut self, model: &Model<S>, near: Vec<[u32; 3]>, reserve: f64) {
-        self.edges = NearEdges::of(model, &near);
-        (self.near, self.reserve) = (near, reserve);
+    pub(super) fn remember<S: Scalar>(&mut self, model: &Model<S>, candidates: Vec<[u32; 3]>, skin: f64) {
+        self.edges = CandidateEdges::of(model, &candidates);
+        (self.candidates, self.skin) = (candidates, skin);
     }
 
     /// Finds and applies the impulses of a step.
@@ -119,11 +119,11 @@ impl ProjectileContact {
         if !travel.is_finite() {
             return; // the run stops on its own check of the numbers
         }
-        self.reserve -= travel;
-        if self.reserve < 0.0 {
-            let reserve = NEAR_STEPS * travel;
+        self.skin -= travel;
+        if self.skin < 0.0 {
+            let skin = CANDIDATE_STEPS * travel;
             let edge = if model.edges { body.rim_depth } else { 0.0 };
-            self.remember(model, near_nodes(model, context.state, body, reserve + travel + edge), reserve);
+            self.remember(model, find_candidates(model, context.state, body, skin + travel + edge), skin);
         }
         self.look_around(context, body);
         self.gather_points(context, body, nothing);
@@ -176,7 +176,7 @@ impl ProjectileContact {
         let (model, state) = (context.model, &*context.state);
         let approach = Approach::of(body, model.dt);
         self.points.clear();
-        for (place, node) in self.edges.places[..self.near.len()].iter().zip(&mut self.seen) {
+        for (place, node) in self.edges.places[..self.candidates.len()].iter().zip(&mut self.seen) {
             let [ply, row, column] = *place;
             if !node_stands(model, state, ply, row, column) {
                 continue;
@@ -227,10 +227,10 @@ impl ProjectileContact {
                 }
                 let weights = [1.0 - at, at];
                 let as_met = |end: usize| contact_point(context, body, nothing, edges.places[end], &seen[end].seen);
-                let gives_way = |k: usize| {
+                let can_move = |k: usize| {
                     weights[k] > 0.0 && ContactPoint { normal: crossing.normal, ..as_met(ends[k]) }.is_free()
                 };
-                if body.prescribed && !gives_way(0) && !gives_way(1) {
+                if body.prescribed && !can_move(0) && !can_move(1) {
                     continue; // as above
                 }
                 let nodes = ends.map(|end| match seen[end].point {
@@ -272,18 +272,18 @@ fn look<S: Scalar>(model: &Model<S>, state: &State<S>, [ply, row, column]: [usiz
     }
 }
 
-/// How a body moves in a step.
+/// Motion of a body in a step.
 struct Approach {
     position: Vector3<f64>,
     twist: Twist,
-    /// What the body may gain at any place under impulses [m/s].
+    /// Velocity that the body may gain at any place under impulses [m/s].
     gain: f64,
     dt: f64,
 }
 
 impl Approach {
     fn of(body: &RigidBody, dt: f64) -> Self {
-        // A body that turns under impulses may reach a little further than its velocity now tells.
+        // A body that turns under impulses may reach a little further than its velocity now takes it.
         Self { position: body.position, twist: body.twist(), gain: 0.1 * body.speed_bound(), dt }
     }
 
@@ -344,7 +344,7 @@ fn at_place<S: Scalar>(node: ContactPoint, model: &Model<S>, body: &RigidBody, s
         friction: if seen.between > 0.0 { model.friction.min(model.ply_friction) } else { model.friction },
         ..node
     };
-    point.set_kappa(body.mass);
+    point.set_effective_mass(body.mass);
     point
 }
 

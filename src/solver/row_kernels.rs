@@ -25,7 +25,7 @@ pub trait RowKernels<S>: Send + Sync {
         row: &mut ElementRow<'_, S>,
         range: Range<usize>,
         dt: f64,
-        ledger: bool,
+        sample: bool,
         totals: &mut ElementTotals,
     );
 
@@ -37,7 +37,7 @@ pub trait RowKernels<S>: Send + Sync {
         node: &mut NodeRow<'_, S>,
         part: &NodeRange,
         times: [f64; 2],
-        ledger: bool,
+        sample: bool,
     ) -> NodeTotals;
 }
 
@@ -54,10 +54,10 @@ impl<R: Real + Send + Sync, L: LawKernel> RowKernels<R::Scalar> for Compiled<R, 
         row: &mut ElementRow<'_, R::Scalar>,
         range: Range<usize>,
         dt: f64,
-        ledger: bool,
+        sample: bool,
         totals: &mut ElementTotals,
     ) {
-        let extent = Extent { shear: self.shear, ledger };
+        let extent = Extent { shear: self.shear, sample };
         self.constants.area.vectorize(
             #[inline(always)]
             || element_force::<R, L>(&self.constants, row, range, dt, extent, totals),
@@ -71,9 +71,9 @@ impl<R: Real + Send + Sync, L: LawKernel> RowKernels<R::Scalar> for Compiled<R, 
         node: &mut NodeRow<'_, R::Scalar>,
         part: &NodeRange,
         times: [f64; 2],
-        ledger: bool,
+        sample: bool,
     ) -> NodeTotals {
-        nodes(self.constants.area, around, mass, node, part, times, ledger)
+        nodes(self.constants.area, around, mass, node, part, times, sample)
     }
 }
 
@@ -86,11 +86,11 @@ fn nodes<R: Real>(
     node: &mut NodeRow<'_, R::Scalar>,
     part: &NodeRange,
     times: [f64; 2],
-    ledger: bool,
+    sample: bool,
 ) -> NodeTotals {
     n.vectorize(
         #[inline(always)]
-        || node_update(n, around, mass, node, part, times, ledger),
+        || node_update(n, around, mass, node, part, times, sample),
     )
 }
 

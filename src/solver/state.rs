@@ -36,7 +36,7 @@ impl<S: Scalar> Rows<S> {
         Self { data: Aligned::new(S::splat(0.0), rows * fields * stride, first), fields, stride }
     }
 
-    /// The same numbers in double precision.
+    /// Numbers in double precision.
     pub fn widened(&self) -> Rows<f64> {
         let mut data = Aligned::new(0.0, self.data.len(), self.data.first());
         for (wide, x) in data.iter_mut().zip(self.data.iter()) {
@@ -218,7 +218,7 @@ pub(crate) fn set_up<S: Scalar>(case: &Case, symmetry: bool) -> Result<(Model<S>
 /// Least energy that an error is measured against, over what rounding makes of the energy of a scene at rest [-].
 const MEASURABLE: f64 = 1e3;
 
-/// What a scene starts with, for the scale of errors.
+/// Energy, momentum and mass that a scene starts with, for the scale of errors.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Given {
     /// Kinetic energy, at least what rounding can be measured against [J].
@@ -251,7 +251,7 @@ pub(crate) fn given<S: Scalar>(model: &Model<S>, state: &State<S>) -> Given {
     Given { energy, momentum, fabric_mass: model.fabric_mass() }
 }
 
-/// What rounding makes of the energy of a scene at rest [J].
+/// Rounding of the energy of a scene at rest [J].
 fn rounding<S: Scalar>(model: &Model<S>, body: Option<&RigidBody>) -> f64 {
     let body = body.map_or(0.0, |body| {
         let moves = if body.prescribed { 0.0 } else { body.translation() };
@@ -279,18 +279,18 @@ fn check_start<S: Scalar>(model: &Model<S>, state: &State<S>) -> Result<(), Mode
 /// Everything in a stepper that later steps depend on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct StepperState {
-    /// How far any node may have gone so far [m].
+    /// Largest distance that any node may have gone so far [m].
     travel: f64,
     /// Ply, row, column of the nodes near the projectile.
-    near: Vec<[u32; 3]>,
-    /// How far they and the projectile may still approach each other before the list is stale [m].
-    reserve: f64,
+    candidates: Vec<[u32; 3]>,
+    /// Distance that they and the projectile may still approach each other before the list is stale [m].
+    skin: f64,
 }
 
 impl StepperState {
     /// Whether it names nodes of this model only.
     pub(crate) fn fits<S: Scalar>(&self, model: &Model<S>) -> bool {
-        self.near.iter().map(|place| place.map(|at| at as usize)).all(|[ply, row, column]| {
+        self.candidates.iter().map(|place| place.map(|at| at as usize)).all(|[ply, row, column]| {
             ply < model.plies.len()
                 && row <= model.ply_type(ply).mesh.rows
                 && column <= model.ply_type(ply).mesh.columns
@@ -299,16 +299,16 @@ impl StepperState {
 }
 
 impl<S: Scalar> Stepper<S> {
-    /// What the next steps depend on.
+    /// State of the stepper that the next steps depend on.
     pub(crate) fn memory(&self) -> StepperState {
-        let (near, reserve) = self.projectile.memory();
-        StepperState { travel: self.plies.travel, near: near.to_vec(), reserve }
+        let (candidates, skin) = self.projectile.memory();
+        StepperState { travel: self.plies.travel, candidates: candidates.to_vec(), skin }
     }
 
     /// Goes on with the memory of another stepper of the same model.
     pub(crate) fn remember(&mut self, model: &Model<S>, memory: StepperState) {
         self.plies.travel = memory.travel;
-        self.projectile.remember(model, memory.near, memory.reserve);
+        self.projectile.remember(model, memory.candidates, memory.skin);
     }
 }
 

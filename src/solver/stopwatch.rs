@@ -23,7 +23,7 @@ impl Phase {
     const ALL: [Self; 5] =
         [Self::ElementForce, Self::NodeUpdate, Self::PlyContact, Self::ProjectileContact, Self::Record];
 
-    /// Its kernel, as scripts know it.
+    /// Name of its kernel, as scripts know it.
     pub fn name(self) -> &'static str {
         match self {
             Self::ElementForce => "element_force",
@@ -52,19 +52,19 @@ impl Default for Stopwatch {
 }
 
 impl Stopwatch {
-    /// What happened up to now belongs to no phase.
+    /// Starts a lap: time up to now belongs to no phase.
     pub fn start(&mut self) {
         self.last = Instant::now();
     }
 
-    /// What happened since the last call belongs to this phase.
+    /// Ends a lap: time since the last call belongs to this phase.
     pub fn lap(&mut self, phase: Phase) {
         let now = Instant::now();
         self.spent[phase as usize] += now - self.last;
         self.last = now;
     }
 
-    /// What happened since the last call was the elements and the nodes in one sweep.
+    /// Ends a lap of elements and nodes in one sweep.
     pub(crate) fn lap_of_both(&mut self) {
         let now = Instant::now();
         self.both += now - self.last;

@@ -27,7 +27,7 @@ pub(super) const BANDS: usize = 4;
 /// Plies whose rows between bands one thread moves: a few rows take no longer than sharing them out.
 const TOGETHER: usize = 16;
 
-/// What of a step a sweep does.
+/// Parts of a step that a sweep does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Passes {
     /// The forces of the elements.
@@ -41,11 +41,11 @@ pub(super) enum Passes {
 /// A sweep over all plies.
 pub(super) struct Sweep<'a, S: Scalar> {
     pub(super) model: &'a Model<S>,
-    /// By ply type.
+    /// Kernels of each ply type.
     pub(super) kernels: &'a [Box<dyn RowKernels<S>>],
-    /// What a row of nodes without elements on one side reads.
+    /// Zeros for a row of nodes without elements on one side.
     pub(super) nothing: &'a [S],
-    /// What had been reached before this step, by ply.
+    /// Active region of each ply before this step.
     pub(super) reached: &'a [ActiveRegion],
     pub(super) passes: Passes,
     /// Elements have fields for viscous forces.
@@ -83,7 +83,7 @@ struct Band<'a, S> {
     high: End<'a, S>,
 }
 
-/// What is on either side of a row of nodes, and that row with its totals.
+/// Strips on either side of a row of nodes, and that row with its totals.
 type Parted<'a, S> = (RowBand<'a, S>, (&'a mut [S], &'a mut NodeTotals), RowBand<'a, S>);
 
 impl<'a, S> RowBand<'a, S> {
@@ -113,7 +113,7 @@ impl<'a, S> RowBand<'a, S> {
         (low, (middle, &mut middle_totals[0]), high)
     }
 
-    /// The same strip for a while.
+    /// Strip lent for a while.
     fn lend(&mut self) -> RowBand<'_, S> {
         RowBand {
             first: self.first,
@@ -125,13 +125,13 @@ impl<'a, S> RowBand<'a, S> {
     }
 }
 
-/// What is the same for all rows of a ply.
+/// Pass over the rows of a ply.
 struct PlyPass<'a, S: Scalar> {
     sweep: &'a Sweep<'a, S>,
     ply: usize,
-    /// Of elements that are computed: rows, columns.
+    /// Rows and columns of the elements that are computed.
     elements: [Range<usize>; 2],
-    /// Of nodes that move.
+    /// Nodes that move.
     nodes: ActiveRegion,
     /// Time since the last forces; of this kick; of this drift [s].
     times: [f64; 3],

@@ -20,7 +20,7 @@ use super::shot_table::{ShotRow, ShotTable};
 use crate::case::{self, Case, CaseError, case_hash};
 use crate::gpu::{Device, DeviceError};
 use crate::output::{Folder, OutputError};
-use crate::run::graphics::DeviceUse;
+use crate::run::batch::DeviceUse;
 use crate::run::{self, Options, Precision};
 
 /// Name of the file that says what a batch is of.
@@ -128,7 +128,7 @@ impl<'a> Batch<'a> {
         locked(&self.table)
     }
 
-    /// Fires shots on so many threads, or on the device, and keeps their rows; `fired` sees the rows after each.
+    /// Fires shots on threads, or on the device, and keeps their rows; `fired` sees the rows after each.
     ///
     /// # Errors
     /// The first of: a disk that refuses, the end that the user has asked for, a lost device. Shots under way are given up then.
@@ -267,7 +267,7 @@ fn differing(one: &Value, other: &Value) -> Value {
     differing.map(|(name, value)| (name.clone(), value.clone())).collect()
 }
 
-/// Results of `work` for every number, in their order, on so many threads at most. The second argument of `work` is raised once one of
+/// Results of `work` for every number, in their order, on at most `threads` threads. The second argument of `work` is raised once one of
 /// them has failed.
 ///
 /// # Errors

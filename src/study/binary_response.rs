@@ -172,7 +172,7 @@ impl Problem {
         self.points.iter().map(term).sum()
     }
 
-    /// The same with Firth's penalty.
+    /// Logarithm of the likelihood with Firth's penalty.
     pub(super) fn penalised(&self, line: LinearPredictor) -> f64 {
         self.log_likelihood(line) + 0.5 * self.information(line).determinant().ln()
     }

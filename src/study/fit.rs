@@ -15,8 +15,7 @@ use super::binary_response::{self, Estimate};
 use super::interval::interval;
 use super::limit::{ComputedLimit, Limit, QUANTILES, Quantile, quantile_row};
 use super::outcomes::{Group, Outcomes};
-use super::page::{chance_panel, residual_panel};
-use super::report::{Report, ReportTable, headline};
+use super::report::{Report, ReportTable, chance_panel, headline, residual_panel};
 use super::residual_fit::Passed;
 use crate::num::link::Link;
 use crate::output::number::short;
@@ -82,7 +81,7 @@ pub fn parse(bytes: &[u8]) -> Result<Vec<FitRow>, StudyError> {
     reader.has_headers(false).flexible(true).comment(Some(b'#')).delimiter(separator(&text)).trim(Trim::All);
     let mut reader = reader.from_reader(text.as_bytes());
     let mut record = StringRecord::new();
-    let mut heading: Option<Heading> = None;
+    let (mut places, mut cells) = (None, 0);
     let mut rows = Vec::new();
     let unreadable = |error: ::csv::Error| {
         StudyError::new("", "comma-separated values", error.to_string(), "save the table as CSV (UTF-8)")
@@ -90,18 +89,23 @@ pub fn parse(bytes: &[u8]) -> Result<Vec<FitRow>, StudyError> {
     while reader.read_record(&mut record).map_err(unreadable)? {
         // Every line here has an end, so the line of the record is the one before the next.
         let line = reader.position().line() - 1;
-        match &heading {
-            None => heading = Some(Heading::new(&record, line)?),
+        let place = format!("line {line}");
+        match places {
+            None => (places, cells) = (Some(columns(&record, line)?), record.len()),
             Some(_) if record.iter().all(str::is_empty) => {}
-            Some(heading) => rows.push(heading.row(&record, line)?),
+            Some(_) if record.len() != cells => {
+                let expected = format!("{cells} cells, as in the heading");
+                let help = "numbers have a decimal point; every line has as many cells as the heading";
+                return Err(StudyError::new(place, expected, record.len().to_string(), help));
+            }
+            Some(places) => rows.push(row(places, &record, line)?),
         }
         if rows.len() > MAX_ROWS {
             let help = "put shots that were alike on one line with a count";
-            let expected = format!("at most {MAX_ROWS} lines of shots");
-            return Err(StudyError::new(format!("line {line}"), expected, "more", help));
+            return Err(StudyError::new(place, format!("at most {MAX_ROWS} lines of shots"), "more", help));
         }
     }
-    let found = match heading {
+    let found = match places {
         None => "an empty file",
         Some(_) if rows.is_empty() => "a heading alone",
         Some(_) if rows.iter().all(|row| row.count == 0) => "no shot: every count is 0",
@@ -141,79 +145,68 @@ fn quoted(text: &str) -> String {
 }
 
 /// Places of the columns in a heading.
-struct Heading {
-    len: usize,
-    places: [Option<usize>; 4],
+fn columns(record: &StringRecord, line: u64) -> Result<[Option<usize>; 4], StudyError> {
+    // Without what would steer a terminal.
+    let parts = |name: &str| name.replace(|c: char| c.is_control(), " ");
+    let one_line = |name: &str| parts(name).split_whitespace().collect::<Vec<_>>().join(" ");
+    let names: Vec<String> = record.iter().map(one_line).collect();
+    let place = format!("line {line}");
+    let is_column = |name: &str| COLUMNS.contains(&name);
+    let twice = names.iter().enumerate().find(|(n, name)| is_column(name) && names[..*n].contains(name));
+    if let Some((_, name)) = twice {
+        let found = format!("{} twice", quoted(name));
+        return Err(StudyError::new(place, "each column once", found, "leave out one of them"));
+    }
+    let places = COLUMNS.map(|column| names.iter().position(|name| name == column));
+    let Some(missing) = COLUMNS.iter().zip(places).take(2).find(|(_, place)| place.is_none()).map(|(name, _)| *name)
+    else {
+        return Ok(places);
+    };
+    // `velocity`, `Impact velocity (m/s)` or `perforation` are meant as the column they resemble.
+    let near = names.iter().find(|name| name.to_lowercase().contains(&missing[..STEM]) && !is_column(name));
+    let help = match near {
+        Some(near) => format!("rename {} to {missing}", quoted(near)),
+        None => format!("write {EXAMPLE}"),
+    };
+    let more = names.len().saturating_sub(SHOWN);
+    let shown = names.iter().take(SHOWN).map(|name| quoted(name)).collect::<Vec<_>>().join(", ");
+    let found = if more > 0 { format!("{shown} and {more} more") } else { shown };
+    Err(StudyError::new(place, format!("a column {missing}"), found, help))
 }
 
-impl Heading {
-    fn new(record: &StringRecord, line: u64) -> Result<Self, StudyError> {
-        // Without what would steer a terminal.
-        let words = |name: &str| name.split(|c: char| c.is_control() || c.is_whitespace()).map(str::to_owned).collect();
-        let one_line =
-            |words: Vec<String>| words.into_iter().filter(|word| !word.is_empty()).collect::<Vec<_>>().join(" ");
-        let names: Vec<String> = record.iter().map(|name| one_line(words(name))).collect();
-        let place = format!("line {line}");
-        let is_column = |name: &str| COLUMNS.contains(&name);
-        let twice = names.iter().enumerate().find(|(n, name)| is_column(name) && names[..*n].contains(name));
-        if let Some((_, name)) = twice {
-            let found = format!("{} twice", quoted(name));
-            return Err(StudyError::new(place, "each column once", found, "leave out one of them"));
-        }
-        let places = COLUMNS.map(|column| names.iter().position(|name| name == column));
-        let Some(missing) = (0..2).find(|column| places[*column].is_none()) else {
-            return Ok(Self { len: names.len(), places });
-        };
-        // `velocity`, `Impact velocity (m/s)` or `perforation` are meant as the column they resemble.
-        let stem = &COLUMNS[missing][..STEM];
-        let near = names.iter().find(|name| name.to_lowercase().contains(stem) && !is_column(name));
-        let help = match near {
-            Some(near) => format!("rename {} to {}", quoted(near), COLUMNS[missing]),
-            None => format!("write {EXAMPLE}"),
-        };
-        let more = names.len().saturating_sub(SHOWN);
-        let shown: Vec<String> = names.iter().take(SHOWN).map(|name| quoted(name)).collect();
-        let found = if more > 0 { format!("{} and {more} more", shown.join(", ")) } else { shown.join(", ") };
-        Err(StudyError::new(place, format!("a column {}", COLUMNS[missing]), found, help))
-    }
-
-    /// Row of a line of shots.
-    fn row(&self, record: &StringRecord, line: u64) -> Result<FitRow, StudyError> {
-        if record.len() != self.len {
-            let expected = format!("{} cells, as in the heading", self.len);
-            let help = "numbers have a decimal point; every line has as many cells as the heading";
-            return Err(StudyError::new(format!("line {line}"), expected, record.len().to_string(), help));
-        }
-        let cell = |column: usize| self.places[column].and_then(|place| record.get(place)).unwrap_or_default();
-        let number = |column: usize, is_right: &dyn Fn(f64) -> bool, expected: &str, help: &str| {
-            let value = cell(column).parse::<f64>().ok().filter(|value| value.is_finite() && is_right(*value));
-            value.ok_or_else(|| {
-                let place = format!("line {line}, column {}", quoted(COLUMNS[column]));
-                let found = if cell(column).is_empty() { "an empty cell".to_owned() } else { quoted(cell(column)) };
-                StudyError::new(place, expected, found, help)
-            })
-        };
-        let help = "write a number with a decimal point, such as 431.5";
-        let velocity = number(0, &|v| (0.0..=FASTEST).contains(&v), "an impact velocity of at least 0 m/s", help)?;
-        let help = "write 1 where the projectile passed, 0 where it was stopped";
-        let perforated = number(1, &|outcome| outcome == 0.0 || outcome == 1.0, "0 or 1", help)? == 1.0;
-        let is_count = |count: f64| count.fract() == 0.0 && (0.0..=MAX_COUNT).contains(&count);
-        let expected = format!("a whole number from 0 to {MAX_COUNT}");
-        let help = "write how many shots were alike, or leave the cell empty: 1";
-        let count = if cell(2).is_empty() { 1 } else { number(2, &is_count, &expected, help)? as u64 };
-        let residual = if cell(3).is_empty() {
-            None
-        } else if perforated {
+/// Row of a line of shots with its columns at these places.
+fn row(places: [Option<usize>; 4], record: &StringRecord, line: u64) -> Result<FitRow, StudyError> {
+    let cell = |column: usize| places[column].and_then(|place| record.get(place)).unwrap_or_default();
+    let number = |column: usize, is_right: &dyn Fn(f64) -> bool, expected: &str, help: &str| {
+        let value = cell(column).parse::<f64>().ok().filter(|value| value.is_finite() && is_right(*value));
+        value.ok_or_else(|| {
+            let place = format!("line {line}, column {}", quoted(COLUMNS[column]));
+            let found = if cell(column).is_empty() { "an empty cell".to_owned() } else { quoted(cell(column)) };
+            StudyError::new(place, expected, found, help)
+        })
+    };
+    let help = "write a number with a decimal point, such as 431.5";
+    let velocity = number(0, &|v| (0.0..=FASTEST).contains(&v), "an impact velocity of at least 0 m/s", help)?;
+    let help = "write 1 where the projectile passed, 0 where it was stopped";
+    let perforated = number(1, &|outcome| outcome == 0.0 || outcome == 1.0, "0 or 1", help)? == 1.0;
+    let is_count = |count: f64| count.fract() == 0.0 && (0.0..=MAX_COUNT).contains(&count);
+    let expected = format!("a whole number from 0 to {MAX_COUNT}");
+    let help = "write how many shots were alike, or leave the cell empty: 1";
+    let count = if cell(2).is_empty() { 1 } else { number(2, &is_count, &expected, help)? as u64 };
+    let residual = match (cell(3), perforated) {
+        ("", _) => None,
+        (_, true) => {
             let expected = format!("a residual velocity from 0 to the impact velocity, {velocity} m/s");
             let help = "leave the cell empty where it was not measured";
             Some(number(3, &|residual| (0.0..=velocity).contains(&residual), &expected, help)?)
-        } else {
+        }
+        (_, false) => {
             let help = "write perforated 1, or leave the residual velocity out";
             number(3, &|residual| residual == 0.0, "0 or an empty cell, for the shot was stopped", help)?;
             None
-        };
-        Ok(FitRow { velocity, perforated, count, residual })
-    }
+        }
+    };
+    Ok(FitRow { velocity, perforated, count, residual })
 }
 
 /// Request of a fit.

@@ -9,7 +9,7 @@ use super::shot_table::ShotRow;
 use crate::case::Case;
 use crate::gpu::{Device, DeviceError};
 use crate::run::Run;
-use crate::run::graphics::{DeviceBatch, DeviceUse, PreparedShot};
+use crate::run::batch::{DeviceBatch, DeviceUse, PreparedShot};
 
 /// Device memory of a batch at most [bytes].
 const MEMORY: u64 = 4 << 30;
@@ -63,7 +63,7 @@ impl<'a> DeviceRunner<'a> {
             });
             match prepared {
                 Err(row) => done(number, *row)?,
-                Ok(shot) => match groups.iter_mut().find(|group| group[0].1.goes_with(&shot)) {
+                Ok(shot) => match groups.iter_mut().find(|group| group[0].1.fits(&shot)) {
                     Some(group) => group.push(((number, order), shot)),
                     None => groups.push(vec![((number, order), shot)]),
                 },
@@ -103,7 +103,7 @@ impl<'a> DeviceRunner<'a> {
         Ok(())
     }
 
-    /// Batch that takes so many shots like this one, or as many of them as there is memory for.
+    /// Batch for `count` shots like this one, or for as many of them as there is memory for.
     fn batch_for(&mut self, shot: &PreparedShot, count: usize) -> Result<&mut DeviceBatch<'a>, DeviceError> {
         let batch = match self.batches.iter().position(|batch| batch.takes(shot, count)) {
             Some(at) => self.batches.remove(at),

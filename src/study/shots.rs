@@ -13,7 +13,7 @@ use crate::case::{Case, RANGE_STREAM, Variability};
 use crate::num::random::DrawKey;
 use crate::output::Folder;
 use crate::output::number::short;
-use crate::run::graphics::DeviceUse;
+use crate::run::batch::DeviceUse;
 
 /// Name of the table.
 const TABLE: &str = "shots.csv";

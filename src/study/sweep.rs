@@ -2,26 +2,26 @@
 //!
 //! Each point is a batch in a folder of its own; one that has ended is read, not computed again.
 
-use std::path::{Path, PathBuf};
+use std::ops::Range;
+use std::path::Path;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::{fs, iter};
 
 use serde_json::{Map, Value, json};
 
 use super::StudyError;
-use super::batch::{self, Batch, BatchError, BatchOptions, BatchProgress, in_threads, is_begun};
+use super::batch::{self, Batch, BatchError, BatchOptions, BatchProgress, ShotOrder, in_threads, is_begun};
 use super::on_device::DeviceRunner;
-use super::page::lines_panel;
-use super::report::{Report, ReportTable};
+use super::report::{Report, ReportTable, lines_panel};
 use super::shot_table::ShotRow;
-use super::shots::{self, ShotsRequest, ShotsResult};
+use super::shots::{self, ShotsRequest};
 use super::v50::{self, V50Request};
 use super::v50_result::V50Result;
 use crate::case::Case;
 use crate::output::csv::{header, number, quoted, row};
 use crate::output::number::short;
 use crate::output::{Folder, OutputError};
-use crate::run::graphics::DeviceUse;
+use crate::run::batch::DeviceUse;
 
 /// Every file that is written; batches lie in `points`.
 pub const FILES: &[&str] = &["plan.json", "sweep.csv", "sweep.html", "sweep.json"];
@@ -80,11 +80,6 @@ impl Factor {
         let at = |n: usize| format!("{:.12e}", low + step * n as f64).parse().map(number).unwrap_or_default();
         Ok(Self { pointer, values: (0..=count as usize).map(at).collect() })
     }
-
-    /// Last part of the pointer.
-    pub fn name(&self) -> &str {
-        self.pointer.rsplit('/').next().unwrap_or_default()
-    }
 }
 
 /// Values apart at commas, but for those inside brackets and quotes.
@@ -136,7 +131,7 @@ pub enum SweepOf {
 
 impl SweepOf {
     /// Columns of the table; the first is the response.
-    pub fn columns(&self) -> &'static [&'static str] {
+    fn columns(&self) -> &'static [&'static str] {
         match self {
             Self::Shots(_) => &["residual_velocity_m_s", "perforated_part", "absorbed_energy_j", "shots", "failed"],
             Self::V50(_) => &["v50_m_s", "low_m_s", "high_m_s", "sigma_m_s", "shots", "failed", "non_monotone"],
@@ -157,20 +152,19 @@ pub struct SweepRequest {
     pub points: Vec<(Vec<String>, Case)>,
 }
 
-/// Result of a point.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PointResult {
-    /// Numbers by column; none where the point failed.
-    pub numbers: Vec<Option<f64>>,
-    /// Reason why there is no result, else empty.
-    pub reason: String,
+impl SweepRequest {
+    /// Columns of the table: pointers of the factors, numbers, and a reason.
+    fn columns(&self) -> impl Iterator<Item = &str> {
+        let pointers = self.factors.iter().map(|factor| factor.pointer.as_str());
+        pointers.chain(self.of.columns().iter().copied()).chain(["reason"])
+    }
 }
 
 /// Result of a sweep.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SweepResult {
-    /// Results by point.
-    pub points: Vec<PointResult>,
+    /// Cells by point: values of the factors, numbers by column, and the reason why there is none, else empty.
+    pub points: Vec<Vec<Value>>,
     /// Use of the device.
     pub device: DeviceUse,
 }
@@ -194,7 +188,7 @@ pub fn run(
         fs::remove_dir_all(&points).map_err(|error| OutputError::unwritten(&points, &error))?;
     }
     batch::begin("sweep", first, options, parts, (folder, FILES))?;
-    let result = compute(request, options, &points)?;
+    let result = Sweep { request, options, folder: &points, shown: AtomicU32::new(0) }.run()?;
     let page = result.report(request, title).html(&format!("Sweep: {title}"), "sweep.json");
     let texts = [
         ("sweep.json", format!("{:#}\n", result.json(request))),
@@ -205,185 +199,195 @@ pub fn run(
     Ok(result)
 }
 
-/// Results of every point; `folder`: of their batches.
-fn compute(request: &SweepRequest, options: &BatchOptions<'_>, folder: &Path) -> Result<SweepResult, BatchError> {
-    let count = request.points.len();
-    let place = |number: usize| folder.join(format!("{number:04}"));
-    let mut runner = DeviceRunner::new(options);
-    let at_a_time = if runner.is_some() { AHEAD } else { count };
-    // On a device one point after another. Else points beside each other, and shots of a point where there are fewer points than threads.
-    let workers = if runner.is_some() { 1 } else { options.threads.min(count).max(1) };
-    let inner = BatchOptions { threads: options.threads.div_ceil(workers), progress: &|_| {}, ..*options };
-    let (ended, shown) = (AtomicU32::new(0), AtomicU32::new(0));
-    let progress = |done: usize| {
-        let done = shown.fetch_max(done as u32, Ordering::Relaxed).max(done as u32);
-        (options.progress)(BatchProgress { done, of: count as u32, v50: None });
-    };
-    let mut results = Vec::with_capacity(count);
-    for first in (0..count).step_by(at_a_time) {
-        let numbers = first..(first + at_a_time).min(count);
-        if let (Some(runner), SweepOf::Shots(of)) = (&mut runner, &request.of) {
-            fire_ahead(request, of, numbers.clone(), &inner, runner, &place, &progress)?;
-        }
-        results.extend(in_threads(workers, numbers, |number, _| {
-            let result = point(&request.points[number].1, &request.of, &inner, &place(number))?;
-            progress(ended.fetch_add(1, Ordering::Relaxed) as usize + 1);
-            Ok::<_, BatchError>(result)
-        })?);
-    }
-    let ahead = runner.map(|runner| runner.device_use()).unwrap_or_default();
-    let (points, used): (Vec<_>, Vec<_>) = results.into_iter().unzip();
-    Ok(SweepResult { points, device: used.into_iter().fold(ahead, DeviceUse::with) })
+/// Sweep under way.
+struct Sweep<'a> {
+    request: &'a SweepRequest,
+    options: &'a BatchOptions<'a>,
+    /// Folder of the batches.
+    folder: &'a Path,
+    /// Points shown as done.
+    shown: AtomicU32,
 }
 
-/// Fires the shots of points on a device, in one batch where they go together: their rows are there once their points are computed.
-fn fire_ahead(
-    request: &SweepRequest,
-    of: &ShotsRequest,
-    numbers: std::ops::Range<usize>,
-    options: &BatchOptions<'_>,
-    runner: &mut DeviceRunner<'_>,
-    place: &dyn Fn(usize) -> PathBuf,
-    progress: &dyn Fn(usize),
-) -> Result<(), BatchError> {
-    // Where shots end early, each batch of them depends on those before.
-    if of.until_width.is_some() {
-        return Ok(());
-    }
-    let (first, count) = (numbers.start, numbers.len());
-    let mut batches: Vec<(Batch<'_>, Folder)> = Vec::new();
-    for number in numbers {
-        let path = place(number);
-        let folder = Folder::prepare_for(&path, shots::FILES, &[])?;
-        let options = BatchOptions { resume: is_begun(&path), ..*options };
-        batches.push((shots::begin(&request.points[number].1, of, &options, &folder)?, folder));
-    }
-    let missing = |batch: &Batch<'_>| shots::missing(&batch.table(), of, options.seed, of.count);
-    let wanted: Vec<(usize, _)> =
-        (0..count).flat_map(|at| missing(&batches[at].0).into_iter().map(move |order| (at, order))).collect();
-    let mut fired = 0;
-    runner.fire(wanted.iter().map(|(at, order)| (&batches[*at].0.case, *order)), &mut |shot, row| {
-        fired += 1;
-        progress(first + count * fired / wanted.len());
-        batches[wanted[shot].0].0.table().add(row)
-    })
-}
-
-/// Result of a point, and its use of the device.
-fn point(
-    case: &Case,
-    of: &SweepOf,
-    options: &BatchOptions<'_>,
-    path: &Path,
-) -> Result<(PointResult, DeviceUse), BatchError> {
-    let options = &BatchOptions { resume: is_begun(path), ..*options };
-    match of {
-        SweepOf::Shots(request) => {
-            let folder = Folder::prepare_for(path, shots::FILES, &[])?;
-            let found = shots::run(case, request, options, &folder)?;
-            Ok((PointResult::of_shots(&found), found.device))
+impl<'a> Sweep<'a> {
+    fn run(&self) -> Result<SweepResult, BatchError> {
+        let count = self.request.points.len();
+        let mut runner = DeviceRunner::new(self.options);
+        let at_a_time = if runner.is_some() { AHEAD } else { count };
+        // On a device one point after another. Else points beside each other, and shots of a point where there are fewer points than threads.
+        let workers = if runner.is_some() { 1 } else { self.options.threads.min(count).max(1) };
+        let threads = self.options.threads.div_ceil(workers);
+        let ended = AtomicU32::new(0);
+        let mut results = Vec::with_capacity(count);
+        for first in (0..count).step_by(at_a_time) {
+            let numbers = first..(first + at_a_time).min(count);
+            if let (Some(runner), SweepOf::Shots(of)) = (&mut runner, &self.request.of) {
+                self.fire_ahead(of, numbers.clone(), runner)?;
+            }
+            results.extend(in_threads(workers, numbers, |number, _| {
+                let result = self.point(number, threads)?;
+                self.show(ended.fetch_add(1, Ordering::Relaxed) + 1);
+                Ok::<_, BatchError>(result)
+            })?);
         }
-        SweepOf::V50(request) => {
-            let folder = Folder::prepare_for(path, v50::FILES, &[])?;
-            let found = v50::run(case, request, options, &folder)?;
-            Ok((PointResult::of_v50(&found), found.device))
-        }
+        let ahead = runner.map(|runner| runner.device_use()).unwrap_or_default();
+        let (points, used): (Vec<_>, Vec<_>) = results.into_iter().unzip();
+        Ok(SweepResult { points, device: used.into_iter().fold(ahead, DeviceUse::with) })
     }
-}
 
-impl PointResult {
-    fn of_shots(found: &ShotsResult) -> Self {
-        let decided: Vec<_> = found.rows.iter().filter(|row| row.perforated().is_some()).collect();
-        let mean = |of: &dyn Fn(&&ShotRow) -> Option<f64>| {
-            let values: Vec<f64> = decided.iter().filter_map(of).collect();
-            (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+    fn show(&self, done: u32) {
+        let done = self.shown.fetch_max(done, Ordering::Relaxed).max(done);
+        (self.options.progress)(BatchProgress { done, of: self.request.points.len() as u32, v50: None });
+    }
+
+    /// Case, folder and options of a point.
+    fn batch(&self, number: usize, files: &[&str]) -> Result<(&'a Case, Folder, BatchOptions<'a>), BatchError> {
+        let path = self.folder.join(format!("{number:04}"));
+        let folder = Folder::prepare_for(&path, files, &[])?;
+        let options = BatchOptions { resume: is_begun(&path), progress: &|_| {}, ..*self.options };
+        Ok((&self.request.points[number].1, folder, options))
+    }
+
+    /// Fires the shots of points on a device, in one batch where they go together: their rows are there once their points are computed.
+    fn fire_ahead(
+        &self,
+        of: &ShotsRequest,
+        numbers: Range<usize>,
+        runner: &mut DeviceRunner<'_>,
+    ) -> Result<(), BatchError> {
+        // Where shots end early, each batch of them depends on those before.
+        if of.until_width.is_some() {
+            return Ok(());
+        }
+        let (first, count) = (numbers.start, numbers.len());
+        let open = |number| {
+            let (case, folder, options) = self.batch(number, shots::FILES)?;
+            Ok((shots::begin(case, of, &options, &folder)?, folder))
         };
-        let undecided = found.rows.iter().find(|row| row.perforated().is_none());
-        Self {
-            numbers: vec![
-                mean(&|row| row.residual),
-                mean(&|row| row.perforated().map(|passed| f64::from(u8::from(passed)))),
-                mean(&|row| row.absorbed_energy()),
-                Some(found.rows.len() as f64),
-                Some((found.rows.len() - decided.len()) as f64),
-            ],
-            reason: undecided.map(|row| row.reason.clone()).unwrap_or_default(),
-        }
+        let batches: Vec<(Batch<'_>, Folder)> = numbers.map(open).collect::<Result<_, BatchError>>()?;
+        let missing = |at: usize| shots::missing(&batches[at].0.table(), of, self.options.seed, of.count);
+        let wanted = (0..count).flat_map(|at| missing(at).into_iter().map(move |order| (at, order)));
+        let wanted: Vec<(usize, ShotOrder)> = wanted.collect();
+        let mut fired = 0;
+        runner.fire(wanted.iter().map(|(at, order)| (&batches[*at].0.case, *order)), &mut |shot, row| {
+            fired += 1;
+            self.show((first + count * fired / wanted.len()) as u32);
+            batches[wanted[shot].0].0.table().add(row)
+        })
     }
 
-    fn of_v50(found: &V50Result) -> Self {
-        let counts = [found.shots, found.failed, found.non_monotone.len()].map(|count| Some(count as f64));
-        let numbers = [found.v50, found.bounds.low, found.bounds.high, found.sigma];
-        let reason = found.thresholds.iter().find_map(|found| found.as_ref().err().cloned());
-        Self { numbers: numbers.into_iter().chain(counts).collect(), reason: reason.unwrap_or_default() }
+    /// Cells of a point, and its use of the device.
+    fn point(&self, number: usize, threads: usize) -> Result<(Vec<Value>, DeviceUse), BatchError> {
+        let (cells, device) = match &self.request.of {
+            SweepOf::Shots(request) => {
+                let (case, folder, options) = self.batch(number, shots::FILES)?;
+                let found = shots::run(case, request, &BatchOptions { threads, ..options }, &folder)?;
+                (shots_cells(&found.rows), found.device)
+            }
+            SweepOf::V50(request) => {
+                let (case, folder, options) = self.batch(number, v50::FILES)?;
+                let found = v50::run(case, request, &BatchOptions { threads, ..options }, &folder)?;
+                (v50_cells(&found), found.device)
+            }
+        };
+        let value = |text: &String| serde_json::from_str(text).unwrap_or_else(|_| text.as_str().into());
+        Ok((self.request.points[number].0.iter().map(value).chain(cells).collect(), device))
     }
 }
 
-/// Point of a sweep as the drawing takes it.
-pub(super) struct SweepPoint<'a> {
-    /// Value of the first factor; a word by its number.
-    pub(super) x: f64,
-    /// Values of the others.
-    pub(super) others: &'a [String],
-    /// Response, and the ends of its interval, where it has one.
-    pub(super) response: f64,
-    pub(super) bounds: Option<[f64; 2]>,
+/// Means over the shots with an outcome, the numbers of shots, and a reason.
+fn shots_cells(rows: &[ShotRow]) -> Vec<Value> {
+    let decided: Vec<&ShotRow> = rows.iter().filter(|row| row.perforated().is_some()).collect();
+    let mean = |of: &dyn Fn(&&ShotRow) -> Option<f64>| {
+        let values: Vec<f64> = decided.iter().filter_map(of).collect();
+        json!((!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64))
+    };
+    let reason = rows.iter().find(|row| row.perforated().is_none()).map(|row| row.reason.as_str());
+    vec![
+        mean(&|row| row.residual),
+        mean(&|row| row.perforated().map(|passed| f64::from(u8::from(passed)))),
+        mean(&|row| row.absorbed_energy()),
+        json!(rows.len()),
+        json!(rows.len() - decided.len()),
+        json!(reason.unwrap_or_default()),
+    ]
+}
+
+fn v50_cells(found: &V50Result) -> Vec<Value> {
+    let numbers = [found.v50, found.bounds.low, found.bounds.high, found.sigma].map(Value::from);
+    let counts = [found.shots, found.failed, found.non_monotone.len()].map(Value::from);
+    let reason = found.thresholds.iter().find_map(|found| found.as_ref().err());
+    numbers.into_iter().chain(counts).chain([reason.map_or("", String::as_str).into()]).collect()
+}
+
+/// Text of a cell: a number in the given form, nothing of none.
+fn text(cell: &Value, number: impl Fn(f64) -> String, none: &str) -> String {
+    match cell {
+        Value::Null => none.to_owned(),
+        Value::String(text) => text.clone(),
+        cell => cell.as_f64().map_or_else(|| cell.to_string(), number),
+    }
 }
 
 impl SweepResult {
     /// `sweep.csv`: a row for each point; columns of factors are their pointers.
     pub fn table(&self, request: &SweepRequest) -> String {
-        let factors: Vec<String> = request.factors.iter().map(|factor| quoted(&factor.pointer)).collect();
-        let heads = factors.iter().map(String::as_str).chain(request.of.columns().iter().copied());
-        let mut text = header(iter::once("point").chain(heads).chain(["reason"]));
-        for (n, ((values, _), result)) in request.points.iter().zip(&self.points).enumerate() {
-            let numbers = result.numbers.iter().map(|cell| cell.map(number).unwrap_or_default());
-            let cells = values.iter().map(|value| quoted(value)).chain(numbers);
-            row(&mut text, iter::once(n.to_string()).chain(cells).chain([quoted(&result.reason)]));
+        let columns: Vec<String> = request.columns().map(quoted).collect();
+        let mut table = header(iter::once("point").chain(columns.iter().map(String::as_str)));
+        for (n, cells) in self.points.iter().enumerate() {
+            let cells = cells.iter().map(|cell| quoted(&text(cell, number, "")));
+            row(&mut table, iter::once(n.to_string()).chain(cells));
         }
-        text
+        table
     }
 
     /// `sweep.json`.
     pub fn json(&self, request: &SweepRequest) -> Value {
-        let columns = request.of.columns();
-        let point = |((values, _), result): (&(Vec<String>, Case), &PointResult)| {
-            let value = |text: &String| serde_json::from_str(text).unwrap_or_else(|_| text.as_str().into());
-            let factors =
-                request.factors.iter().zip(values).map(|(factor, text)| (factor.pointer.clone(), value(text)));
-            let numbers = columns.iter().zip(&result.numbers).map(|(name, number)| ((*name).to_owned(), json!(number)));
-            let reason = ("reason".to_owned(), json!(result.reason));
-            factors.chain(numbers).chain([reason]).collect::<Map<_, _>>()
+        let point = |cells: &Vec<Value>| {
+            request.columns().map(str::to_owned).zip(cells.iter().cloned()).collect::<Map<String, Value>>()
         };
-        let points: Vec<Map<_, _>> = request.points.iter().zip(&self.points).map(point).collect();
-        json!({ "response": columns[0], "level": request.level, "points": points })
+        let points: Vec<Map<String, Value>> = self.points.iter().map(point).collect();
+        json!({ "response": request.of.columns()[0], "level": request.level, "points": points })
     }
 
-    /// Result in a table and drawings. `title`: of the nominal case.
+    /// Result in a table and a drawing. `title`: of the nominal case.
     pub fn report(&self, request: &SweepRequest, title: &str) -> Report {
-        let names: Vec<&str> = request.factors.iter().map(Factor::name).collect();
-        let heads: Vec<&str> = names.iter().chain(request.of.columns()).copied().chain([""]).collect();
-        let cell = |number: &Option<f64>| number.map_or_else(|| "-".to_owned(), |number| short(number, 4));
-        let row = |((values, _), result): (&(Vec<String>, Case), &PointResult)| {
-            let numbers = result.numbers.iter().map(cell);
-            values.iter().cloned().chain(numbers).chain([result.reason.clone()]).collect()
+        let keys = request.factors.len();
+        let names: Vec<&str> = request.columns().map(|name| name.rsplit('/').next().unwrap_or_default()).collect();
+        let mut heads = names.clone();
+        heads[names.len() - 1] = "";
+        let row = |cells: &Vec<Value>| {
+            let digits = |column: usize| move |value| if column < keys { number(value) } else { short(value, 4) };
+            cells.iter().enumerate().map(|(column, cell)| text(cell, digits(column), "-")).collect()
         };
-        let table = ReportTable::new("", &heads, 0, request.points.iter().zip(&self.points).map(row));
-        let of = request.of.columns();
-        let at = |result: &PointResult, name: &str| {
-            of.iter().position(|column| *column == name).and_then(|at| result.numbers[at])
+        let table = ReportTable::new("", &heads, 0, self.points.iter().map(row));
+        let point = |cells: &Vec<Value>| {
+            let at = |name: &str| names.iter().position(|column| *column == name).and_then(|at| cells[at].as_f64());
+            let value = text(&cells[0], number, "");
+            let place = || request.factors[0].values.iter().position(|other| *other == value).unwrap_or(0) as f64;
+            let others: Vec<String> = cells[1..keys].iter().map(|cell| text(cell, number, "")).collect();
+            Some(SweepPoint {
+                x: cells[0].as_f64().unwrap_or_else(place),
+                others: others.join(", "),
+                response: cells[keys].as_f64()?,
+                bounds: at("low_m_s").zip(at("high_m_s")).map(|(low, high)| [low, high]),
+            })
         };
-        let mut points = Vec::new();
-        for ((values, _), result) in request.points.iter().zip(&self.points) {
-            let (Some((value, others)), Some(response)) = (values.split_first(), result.numbers[0]) else { continue };
-            let place = || request.factors[0].values.iter().position(|other| other == value).unwrap_or(0) as f64;
-            let x = value.parse().unwrap_or_else(|_| place());
-            let bounds = at(result, "low_m_s").zip(at(result, "high_m_s")).map(|(low, high)| [low, high]);
-            points.push(SweepPoint { x, others, response, bounds });
-        }
-        let panels = lines_panel(&names, &points, of[0]).into_iter().collect();
+        let points: Vec<SweepPoint> = self.points.iter().filter_map(point).collect();
+        let panels = lines_panel(&names[..keys], &points, names[keys]).into_iter().collect();
         Report { title: title.to_owned(), tables: vec![table], panels, ..Report::default() }
     }
+}
+
+/// Point of a sweep as the drawing takes it.
+pub(super) struct SweepPoint {
+    /// Value of the first factor; a word by its number.
+    pub(super) x: f64,
+    /// Values of the others.
+    pub(super) others: String,
+    /// Response, and the ends of its interval, where it has one.
+    pub(super) response: f64,
+    pub(super) bounds: Option<[f64; 2]>,
 }
 
 #[cfg(test)]

@@ -3,6 +3,8 @@
 //! Velocities lie on a ladder whose rungs are a given part apart, so that a threshold does not depend on where its search began. The
 //! search goes up or down in steps that double until it has both outcomes, then halves. Two shots beside the bracket check that the
 //! outcome turns once only. The search on a finer mesh begins where that on the mesh of the case ended.
+//!
+//! A search is replayed from its begin whenever another outcome is known; the first one that is not is what it wants next.
 
 use super::batch::ShotOrder;
 use super::interval::{Bounds, outer_end, peak, student_t};
@@ -44,94 +46,46 @@ pub fn middle([low, high]: [f64; 2]) -> f64 {
     (low * high).sqrt()
 }
 
-/// Search for one threshold.
+/// End of a search before its threshold is known.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ThresholdSearch {
+pub enum SearchEnd {
+    /// Shot whose outcome is not known yet: number of the mesh, and order.
+    Wanted(usize, ShotOrder),
+    /// Reason why there is no threshold.
+    Failed(String),
+}
+
+/// Rungs of the highest stop and the lowest perforation around a threshold, by a search from a rung on in steps of at least `step`.
+///
+/// # Errors
+/// The first error of `passes`, or that no velocity changes the outcome.
+pub fn bracket(
     rungs: Rungs,
-    /// Rung where it begins, and first step away from there.
     begin: i32,
     step: i32,
-    /// Shots once the bracket is known.
-    further: FurtherShots,
-    /// Outcomes by rung.
-    seen: Vec<(i32, bool)>,
-    /// Highest stop and lowest perforation of the search itself.
-    low: Option<i32>,
-    high: Option<i32>,
-}
-
-/// Shots of a search besides those that find its bracket.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct FurtherShots {
-    /// Two beside the bracket, to check that the outcome turns once only.
-    pub beside: bool,
-    /// At these velocities over the threshold, for residual velocities [-].
-    pub beyond: &'static [f64],
-}
-
-/// Next wish of a search.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Wanted {
-    /// Shot at a rung.
-    Shot(i32),
-    /// Nothing: the bracket is one rung wide.
-    Nothing,
-    /// Nothing: no velocity that can be shot changes the outcome.
-    NoThreshold,
-}
-
-impl ThresholdSearch {
-    /// Search from a velocity [m/s] on, in steps of at least `step` rungs.
-    pub fn new(rungs: Rungs, velocity: f64, step: i32, further: FurtherShots) -> Self {
-        let begin = rungs.nearest(velocity);
-        Self { rungs, begin, step: step.max(1), further, seen: Vec::new(), low: None, high: None }
-    }
-
-    /// Next shot.
-    pub fn wanted(&self) -> Wanted {
-        let is_seen = |rung: i32| self.seen.iter().any(|(seen, _)| *seen == rung);
-        let next = match (self.low, self.high) {
-            (None, None) => self.begin,
-            (Some(low), None) => low + self.step,
-            (None, Some(high)) => high - self.step,
-            (Some(low), Some(high)) if high - low > 1 => low + (high - low) / 2,
-            (Some(low), Some(high)) => {
-                let beyond = self.further.beyond.iter();
-                let beyond = beyond.map(|part| self.rungs.nearest(self.rungs.velocity(high) * part));
-                let beside = [low - BESIDE, high + BESIDE].into_iter().filter(|_| self.further.beside);
-                return beside.chain(beyond).find(|rung| !is_seen(*rung)).map_or(Wanted::Nothing, Wanted::Shot);
-            }
-        };
+    mut passes: impl FnMut(i32) -> Result<bool, SearchEnd>,
+) -> Result<[i32; 2], SearchEnd> {
+    let [lowest, highest] = SEARCHED.map(|velocity| rungs.nearest(velocity));
+    let (mut at, mut step) = (begin.clamp(lowest, highest), step.max(1));
+    let first = passes(at)?;
+    let beyond = loop {
         // A long step ends where the search does.
-        let [lowest, highest] = SEARCHED.map(|velocity| self.rungs.nearest(velocity));
-        let next = next.clamp(lowest, highest);
-        if is_seen(next) { Wanted::NoThreshold } else { Wanted::Shot(next) }
-    }
-
-    /// Records an outcome.
-    pub fn see(&mut self, rung: i32, perforated: bool) {
-        self.seen.push((rung, perforated));
-        if matches!((self.low, self.high), (Some(low), Some(high)) if high - low <= 1) {
-            return;
+        let next = if first { at - step } else { at + step }.clamp(lowest, highest);
+        if next == at {
+            return Err(SearchEnd::Failed("no velocity from 2 to 4900 m/s changes the outcome".to_owned()));
         }
-        let found = if perforated { &mut self.high } else { &mut self.low };
-        let first_of_both = found.is_none() && self.seen.len() > 1;
-        *found = Some(rung);
-        if self.seen.len() > 1 && !first_of_both {
-            self.step *= 2;
+        if passes(next)? != first {
+            break next;
         }
+        at = next;
+        step *= 2;
+    };
+    let [mut low, mut high] = if first { [beyond, at] } else { [at, beyond] };
+    while high - low > 1 {
+        let middle = low + (high - low) / 2;
+        if passes(middle)? { high = middle } else { low = middle }
     }
-
-    /// Velocities of the highest stop and the lowest perforation around the threshold [m/s].
-    pub fn bracket(&self) -> Option<[f64; 2]> {
-        Some([self.rungs.velocity(self.low?), self.rungs.velocity(self.high?)])
-    }
-
-    /// Whether no stop that was seen lies above a perforation.
-    fn is_monotone(&self) -> bool {
-        let of = |wanted: bool| self.seen.iter().filter(move |(_, passed)| *passed == wanted).map(|(rung, _)| *rung);
-        of(false).max().zip(of(true).min()).is_none_or(|(stop, perforation)| stop < perforation)
-    }
+    Ok([low, high])
 }
 
 /// Threshold of a realisation.
@@ -152,71 +106,58 @@ pub(super) struct Start {
     pub(super) step: i32,
 }
 
-/// Search for the thresholds of a realisation on the mesh of its case, then on the finer one where that is asked for.
-pub(super) struct RealisationSearch {
+/// Threshold of a realisation on the mesh of its case, then on the finer one where `is_refined`. `outcome`: of a shot on a mesh, where
+/// it is known.
+///
+/// # Errors
+/// Mesh and order of the next shot to fire.
+pub(super) fn threshold(
     realisation: u32,
     rungs: Rungs,
-    search: ThresholdSearch,
-    /// Mesh of the search: 0 is that of the case, 1 the finer one.
-    mesh: usize,
-    /// Number of meshes.
-    meshes: usize,
-    found: FoundThreshold,
-}
-
-impl RealisationSearch {
-    pub(super) fn new(realisation: u32, rungs: Rungs, start: Start, meshes: usize) -> Self {
-        let beyond = if realisation < FURTHER.0 { FURTHER.1 } else { &[] };
-        let search = ThresholdSearch::new(rungs, start.velocity, start.step, FurtherShots { beside: true, beyond });
-        let found = FoundThreshold { bracket: Err("no bracket".to_owned()), monotone: true, refined: None };
-        Self { realisation, rungs, search, mesh: 0, meshes, found }
-    }
-
-    /// Mesh of the next shot, and the shot; `None` once the search is over.
-    pub(super) fn wanted(&mut self) -> Option<(usize, ShotOrder)> {
-        while self.mesh < self.meshes {
-            match self.search.wanted() {
-                Wanted::Shot(rung) => {
-                    let velocity = Some(self.rungs.velocity(rung));
-                    return Some((self.mesh, ShotOrder { shot: self.realisation, velocity }));
-                }
-                Wanted::Nothing => self.end(self.search.bracket().ok_or_else(|| "no bracket".to_owned())),
-                Wanted::NoThreshold => self.end(Err("no velocity from 2 to 4900 m/s changes the outcome".to_owned())),
-            }
-        }
-        None
-    }
-
-    /// Records the outcome of the shot that was wanted; or why it has none, which ends the search on its mesh.
-    pub(super) fn see(&mut self, outcome: Result<Shot, String>) {
-        match (outcome, self.search.wanted()) {
-            (Ok(shot), Wanted::Shot(rung)) => self.search.see(rung, shot.perforated),
-            (Ok(_), _) => {}
-            (Err(reason), _) => self.end(Err(reason)),
-        }
-    }
-
-    /// Ends the search on its mesh.
-    fn end(&mut self, bracket: Result<[f64; 2], String>) {
-        if self.mesh == 1 {
-            self.found.refined = bracket.ok();
+    start: Start,
+    is_refined: bool,
+    outcome: impl Fn(usize, ShotOrder) -> Option<Result<Shot, String>>,
+) -> Result<FoundThreshold, (usize, ShotOrder)> {
+    let passes = |mesh: usize, rung: i32| {
+        let order = ShotOrder { shot: realisation, velocity: Some(rungs.velocity(rung)) };
+        let shot = outcome(mesh, order).ok_or(SearchEnd::Wanted(mesh, order))?.map_err(SearchEnd::Failed)?;
+        Ok(shot.perforated)
+    };
+    let wanted = |end: SearchEnd| match end {
+        SearchEnd::Wanted(mesh, order) => Err((mesh, order)),
+        SearchEnd::Failed(reason) => Ok(reason),
+    };
+    let velocities = |ends: [i32; 2]| ends.map(|rung| rungs.velocity(rung));
+    let (mut last_stop, mut first_perforation) = (i32::MIN, i32::MAX);
+    let mut seen = |rung: i32| {
+        let perforated = passes(0, rung)?;
+        if perforated {
+            first_perforation = first_perforation.min(rung)
         } else {
-            self.found.monotone = bracket.is_err() || self.search.is_monotone();
-            match &bracket {
-                Ok(bracket) => {
-                    let step = (REFINED_STEP / self.rungs.width).round() as i32;
-                    self.search = ThresholdSearch::new(self.rungs, middle(*bracket), step, FurtherShots::default());
-                }
-                Err(_) => self.meshes = 1,
-            }
-            self.found.bracket = bracket;
+            last_stop = last_stop.max(rung)
         }
-        self.mesh += 1;
-    }
-
-    pub(super) fn found(self) -> FoundThreshold {
-        self.found
-    }
+        Ok(perforated)
+    };
+    let mut search = || {
+        let [low, high] = bracket(rungs, rungs.nearest(start.velocity), start.step, &mut seen)?;
+        let further = if realisation < FURTHER.0 { FURTHER.1 } else { &[] };
+        let further = further.iter().map(|part| rungs.nearest(rungs.velocity(high) * part));
+        [low - BESIDE, high + BESIDE].into_iter().chain(further).try_for_each(|rung| seen(rung).map(drop))?;
+        Ok([low, high])
+    };
+    let found = match search() {
+        Ok(ends) => velocities(ends),
+        Err(end) => {
+            return Ok(FoundThreshold { bracket: Err(wanted(end)?), monotone: true, refined: None });
+        }
+    };
+    let step = (REFINED_STEP / rungs.width).round() as i32;
+    let refined = match is_refined.then(|| bracket(rungs, rungs.nearest(middle(found)), step, |rung| passes(1, rung))) {
+        Some(Err(end)) => wanted(end).map(|_| None)?,
+        Some(Ok(ends)) => Some(velocities(ends)),
+        None => None,
+    };
+    Ok(FoundThreshold { bracket: Ok(found), monotone: last_stop < first_perforation, refined })
 }
 
 /// Thresholds as a normal sample.

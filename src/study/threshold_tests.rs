@@ -2,55 +2,65 @@ use super::*;
 
 const RUNGS: Rungs = Rungs { width: 0.005 };
 
-/// The bracket that a search from here finds, and how many shots it takes.
-fn found(begin: f64, step: i32, perforates: impl Fn(f64) -> bool) -> (Option<[f64; 2]>, usize, bool) {
-    let mut search = ThresholdSearch::new(RUNGS, begin, step, FurtherShots { beside: true, beyond: &[] });
-    while let Wanted::Shot(rung) = search.wanted() {
-        search.see(rung, perforates(RUNGS.velocity(rung)));
-        assert!(search.seen.len() < 60);
-    }
-    (search.bracket(), search.seen.len(), search.is_monotone())
+/// Bracket that a search from here finds, and how many shots it takes.
+fn found(begin: f64, step: i32, perforates: impl Fn(f64) -> bool) -> (Option<[f64; 2]>, usize) {
+    let mut count = 0;
+    let found = bracket(RUNGS, RUNGS.nearest(begin), step, |rung| {
+        count += 1;
+        assert!(count < 60);
+        Ok(perforates(RUNGS.velocity(rung)))
+    });
+    (found.ok().map(|ends| ends.map(|rung| RUNGS.velocity(rung))), count)
 }
 
 #[test]
 fn a_threshold_does_not_depend_on_where_its_search_begins() {
     for threshold in [7.3, 184.2, 455.0, 2100.0] {
-        let (bracket, ..) = found(100.0, 20, |velocity| velocity > threshold);
+        let (bracket, _) = found(100.0, 20, |velocity| velocity > threshold);
         assert!(bracket.is_some_and(|[low, high]| low <= threshold && threshold < high && high / low < 1.0052));
         for (begin, step) in [(90.0, 1), (184.0, 4), (700.0, 50), (threshold, 1)] {
-            let (other, count, monotone) = found(begin, step, |velocity| velocity > threshold);
-            assert!(other == bracket && monotone, "{threshold} {begin}");
-            assert!(begin != threshold || count <= 6, "{count} shots from the threshold itself");
+            let (other, count) = found(begin, step, |velocity| velocity > threshold);
+            assert!(other == bracket, "{threshold} {begin}");
+            assert!(begin != threshold || count <= 4, "{count} shots from the threshold itself");
         }
     }
     assert_eq!(found(100.0, 20, |_| false).0, None);
 }
 
-#[test]
-fn further_shots_are_those_asked_for() {
-    let shots = |further: FurtherShots| {
-        let mut search = ThresholdSearch::new(RUNGS, 184.0, 1, further);
-        let mut rungs = Vec::new();
-        while let Wanted::Shot(rung) = search.wanted() {
-            search.see(rung, RUNGS.velocity(rung) > 184.2);
-            rungs.push(rung);
+/// Threshold of realisation 3 or 9 by replays, and the rungs that were fired.
+fn replayed(realisation: u32, perforates: impl Fn(f64) -> bool) -> (FoundThreshold, Vec<i32>) {
+    let mut fired: Vec<ShotOrder> = Vec::new();
+    loop {
+        let outcome = |_: usize, order: ShotOrder| {
+            let velocity = order.velocity.unwrap_or_default();
+            fired.contains(&order).then(|| Ok(Shot { velocity, perforated: perforates(velocity) }))
+        };
+        match threshold(realisation, RUNGS, Start { velocity: 170.0, step: 4 }, false, outcome) {
+            Ok(found) => {
+                let rungs = fired.iter().map(|order| RUNGS.nearest(order.velocity.unwrap_or_default()));
+                return (found, rungs.collect());
+            }
+            Err((_, order)) => fired.push(order),
         }
-        rungs
-    };
-    let none = shots(FurtherShots::default());
-    let beside = shots(FurtherShots { beside: true, beyond: &[] });
-    let all = shots(FurtherShots { beside: true, beyond: &[1.5] });
-    assert_eq!(beside.len(), none.len() + 2);
-    assert_eq!(all[..beside.len()], beside);
-    assert!((RUNGS.velocity(all[beside.len()]) / 184.2 - 1.5).abs() < 0.01, "{all:?}");
+    }
+}
+
+#[test]
+fn further_shots_lie_beside_the_bracket_and_of_the_first_realisations_beyond() {
+    let (found, rungs) = replayed(9, |velocity| velocity > 184.2);
+    let ends = found.bracket.map(|ends| ends.map(|velocity| RUNGS.nearest(velocity)));
+    let Ok([low, high]) = ends else { unreachable!("there is a threshold") };
+    assert_eq!(rungs[rungs.len() - 2..], [low - BESIDE, high + BESIDE]);
+    let (_, more) = replayed(3, |velocity| velocity > 184.2);
+    assert_eq!(more[..rungs.len()], rungs);
+    let beyond = more[rungs.len()..].iter().map(|rung| RUNGS.velocity(*rung) / 184.2);
+    assert!(beyond.zip(FURTHER.1).all(|(got, part)| (got / part - 1.0).abs() < 0.01) && more.len() == rungs.len() + 2);
 }
 
 #[test]
 fn an_outcome_that_turns_back_is_seen() {
-    let island = |velocity: f64| (184.0..186.0).contains(&velocity) || velocity > 190.0;
-    assert!(!found(170.0, 1, |velocity| velocity > 184.0 && !(186.5..187.5).contains(&velocity)).2);
-    assert!(!found(170.0, 16, island).2 || !found(184.5, 1, island).2);
-    assert!(found(170.0, 4, |velocity| velocity > 190.0).2);
+    assert!(!replayed(9, |velocity| velocity > 184.0 && !(186.5..187.5).contains(&velocity)).0.monotone);
+    assert!(replayed(9, |velocity| velocity > 190.0).0.monotone);
 }
 
 #[test]

@@ -9,14 +9,14 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use serde_json::{Value, json};
 
-use super::batch::{self, Batch, BatchError, BatchOptions, BatchProgress, in_threads};
+use super::batch::{self, Batch, BatchError, BatchOptions, BatchProgress, ShotOrder, in_threads};
 use super::fit::{self, FitRow};
 use super::interval::Bounds;
-use super::threshold::{FoundThreshold, RealisationSearch, Rungs, Start, middle};
+use super::threshold::{FoundThreshold, Rungs, Start, middle, threshold};
 use super::v50_result::V50Result;
 use crate::case::{self, Case};
 use crate::output::Folder;
-use crate::run::graphics::DeviceUse;
+use crate::run::batch::DeviceUse;
 
 /// Names of the table, and of the table of shots on the converged mesh.
 const TABLES: [&str; 2] = ["v50.csv", "v50-refined.csv"];
@@ -173,31 +173,25 @@ impl Campaign<'_> {
         given_up: &AtomicBool,
     ) -> Result<Vec<FoundThreshold>, BatchError> {
         let rungs = Rungs { width: self.request.bracket };
-        let meshes = |realisation| if realisation < self.request.refined { self.meshes.len() } else { 1 };
-        let search = |realisation: &u32| RealisationSearch::new(*realisation, rungs, start, meshes(*realisation));
-        let mut searches: Vec<RealisationSearch> = realisations.iter().map(search).collect();
-        let mut wanted = vec![Vec::new(); self.meshes.len()];
+        let outcome = |mesh: usize, order| self.meshes[mesh].table().find(order).map(|row| row.shot());
+        let search = |realisation: &u32| {
+            let is_refined = *realisation < self.request.refined && self.meshes.len() > 1;
+            threshold(*realisation, rungs, start, is_refined, outcome)
+        };
         loop {
-            for search in &mut searches {
-                while let Some((mesh, order)) = search.wanted() {
-                    let outcome = self.meshes[mesh].table().find(order).map(|row| row.shot());
-                    let Some(outcome) = outcome else {
-                        wanted[mesh].push(order);
-                        break;
-                    };
-                    search.see(outcome);
-                }
-            }
-            if wanted.iter().all(Vec::is_empty) {
+            let found: Vec<_> = realisations.iter().map(search).collect();
+            let wanted: Vec<(usize, ShotOrder)> =
+                found.iter().filter_map(|found| found.as_ref().err().copied()).collect();
+            if wanted.is_empty() {
                 self.done.fetch_add(realisations.len() as u32, Ordering::Relaxed);
-                return Ok(searches.into_iter().map(RealisationSearch::found).collect());
+                return Ok(found.into_iter().flatten().collect());
             }
             if given_up.load(Ordering::Relaxed) {
                 return Err(BatchError::Interrupted);
             }
-            for (mesh, orders) in self.meshes.iter().zip(&mut wanted) {
-                mesh.fire(orders, 1, &|_| self.report_progress(None))?;
-                orders.clear();
+            for (number, mesh) in self.meshes.iter().enumerate() {
+                let orders = wanted.iter().filter(|(mesh, _)| *mesh == number).map(|(_, order)| *order);
+                mesh.fire(&orders.collect::<Vec<_>>(), 1, &|_| self.report_progress(None))?;
             }
         }
     }

@@ -5,15 +5,14 @@ use serde_json::{Value, json};
 use super::interval::Bounds;
 use super::limit::{Limit, QUANTILES, Quantile, quantile_row};
 use super::outcomes::{Outcomes, Shot};
-use super::page::{residual_panel, threshold_panel};
-use super::report::{Report, ReportTable, headline};
+use super::report::{Report, ReportTable, headline, residual_panel, threshold_panel};
 use super::residual_fit::Passed;
 use super::shots;
 use super::threshold::{FoundThreshold, Refinement, ThresholdSample, middle};
 use super::v50::V50Request;
-use crate::case::{Accuracy, Case, HitPlace, LinesFrom, Numerics, case_hash};
+use crate::case::{Accuracy, Case, Numerics, case_hash};
 use crate::output::number::short;
-use crate::run::graphics::DeviceUse;
+use crate::run::batch::DeviceUse;
 
 /// Part of mesh and time step in a limit, over the limit \[-\]: twice what half as long elements do to the README's ply
 /// (0.25 %), and no less than this, for they move limits of cylinders, spheres and fragments on two fabrics by up to
@@ -184,12 +183,6 @@ impl V50Result {
         let mut notes = Vec::new();
         if case.varies() {
             notes.extend(shots::notes(case));
-            let follows = |lines: LinesFrom| lines == LinesFrom::Hit;
-            let lines_follow = case.layers().iter().all(|layer| layer.grading.is_some_and(|of| follows(of.lines_from)));
-            if lines_follow && case.variability.as_ref().is_some_and(|v| v.hit == HitPlace::UnitCell) {
-                let note = "the mesh follows the hit: its place in a cell changes which yarns are struck, not the mesh";
-                notes.push(note.to_owned());
-            }
         } else {
             notes.push(
                 "nothing varies from shot to shot: this is one threshold, and its interval holds mesh, time step and bracket alone. \
@@ -218,13 +211,6 @@ impl V50Result {
         }
         if self.failed > 0 {
             notes.push(format!("{} of {} shots have no outcome: see v50.csv", self.failed, self.shots));
-        }
-        for (curve, found) in &self.limit.residual {
-            let (Ok(found), Some(v50)) = (found, self.v50) else { continue };
-            let off = (found.limit / v50 - 1.0).abs();
-            if off > 0.05 {
-                notes.push(format!("{}: its limit is {} % off V50", curve.words(), short(100.0 * off, 2)));
-            }
         }
         notes
     }
@@ -303,7 +289,7 @@ impl V50Result {
     }
 }
 
-/// Ending of a word for so many.
+/// Ending of a word for a count.
 fn plural(count: usize) -> &'static str {
     if count == 1 { "" } else { "s" }
 }

@@ -1,7 +1,8 @@
-//! `ripstop shots`, `v50`, `sweep`: what a user types, and what a kill leaves.
+//! `ripstop shots`, `v50`, `sweep` and `fit`: what a user types, and what a kill leaves.
 //!
-//! Promise: files and names are those of the contract; a batch that was killed goes on to the same bytes; bad input is one error with exit
-//! code 2, and nothing is written then.
+//! Promise: files and names are those of the contract; a batch that was killed goes on to the same bytes; fitted numbers are those of a
+//! published set; bad input is one error with exit code 2, with the place, what was expected, what was found and help, and nothing is
+//! written then.
 
 use super::*;
 
@@ -28,14 +29,24 @@ fn bench_of(case: &Value) -> Bench {
     bench
 }
 
-const SHOTS: [&str; 8] = ["shots", "shot.json", "--count", "8", "--velocity", "50..120", "-o", "out"];
+/// Runs a command line without blanks in its arguments.
+fn typed(bench: &Bench, line: &str) -> Output {
+    bench.ripstop(&line.split(' ').collect::<Vec<_>>())
+}
+
+const SHOTS: &str = "shots shot.json --count 8 --velocity 50..120 -o out";
 
 #[cfg(unix)]
 #[test]
 fn a_batch_that_was_killed_goes_on_to_the_same_bytes() {
     let [whole, killed] = [bench(), bench()];
-    assert_eq!(code(&whole.ripstop(&SHOTS)), 0);
-    let mut child = killed.command(&SHOTS).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    assert_eq!(code(&typed(&whole, SHOTS)), 0);
+    let mut child = killed
+        .command(&SHOTS.split(' ').collect::<Vec<_>>())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
     let partial = killed.path("out/shots.csv.partial");
     let rows = || fs::read_to_string(&partial).map_or(0, |text| text.lines().count());
     let patience = Instant::now() + Duration::from_secs(120);
@@ -45,7 +56,7 @@ fn a_batch_that_was_killed_goes_on_to_the_same_bytes() {
     child.kill().unwrap();
     child.wait().unwrap();
     assert!(rows() >= 3 && !killed.path("out/shots.csv").exists(), "killed too late or too early: {} rows", rows());
-    let output = killed.ripstop(&[&SHOTS[..], &["--resume"]].concat());
+    let output = typed(&killed, &format!("{SHOTS} --resume"));
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     for name in ["shots.csv", "shots.json", "shots.html", "plan.json"] {
         let [one, other] = [&whole, &killed].map(|bench| fs::read(bench.path(&format!("out/{name}"))).unwrap());
@@ -68,12 +79,12 @@ fn ctrl_c_ends_a_batch_with_what_it_has() {
 #[test]
 fn a_shot_by_its_number_is_the_row_with_everything_a_run_writes() {
     let bench = bench();
-    let text = stdout(&bench.ripstop(&SHOTS));
+    let text = stdout(&typed(&bench, SHOTS));
     assert!(
         text.contains("8 shots") && text.contains("V50") && text.contains("assumed: /variability/modulus"),
         "{text}"
     );
-    let summary = bench.ripstop(&["shots", "shot.json", "--velocity", "50..120", "-o", "out", "--only", "5", "--json"]);
+    let summary = typed(&bench, "shots shot.json --velocity 50..120 -o out --only 5 --json");
     let summary: Value = serde_json::from_str(&stdout(&summary)).unwrap();
     let table = fs::read_to_string(bench.path("out/shots.csv")).unwrap();
     let mut reader = csv::Reader::from_reader(table.as_bytes());
@@ -85,7 +96,7 @@ fn a_shot_by_its_number_is_the_row_with_everything_a_run_writes() {
     assert_eq!(summary["absorbed_energy_j"].as_f64().unwrap(), cell("absorbed_energy_j").parse::<f64>().unwrap());
     assert!(bench.path("out/shot-5/report.html").exists());
     // Its case, run by itself, is that shot again.
-    let again = bench.ripstop(&["run", "out/shot-5/case.json", "-o", "again", "--json", "--no-report"]);
+    let again = typed(&bench, "run out/shot-5/case.json -o again --json --no-report");
     let again: Value = serde_json::from_str(&stdout(&again)).unwrap();
     assert_eq!(again["absorbed_energy_j"], summary["absorbed_energy_j"]);
 }
@@ -94,8 +105,7 @@ fn a_shot_by_its_number_is_the_row_with_everything_a_run_writes() {
 fn a_limit_has_its_agreed_names_and_lies_over_measured_shots() {
     // The mesh of its accuracy, which a limit is corrected from.
     let bench = bench_of(&varies());
-    let arguments = ["v50", "shot.json", "--count", "4", "--refined", "1", "--bracket", "2%", "-o", "limit"];
-    let text = stdout(&bench.ripstop(&arguments));
+    let text = stdout(&typed(&bench, "v50 shot.json --count 4 --refined 1 --bracket 2% -o limit"));
     assert!(bench.path("limit/v50-refined.csv").exists(), "{text}");
     assert!(text.contains("4 thresholds of 4 realisations") && text.contains("of that: sampling ±"), "{text}");
     let json: Value = serde_json::from_str(&fs::read_to_string(bench.path("limit/v50.json")).unwrap()).unwrap();
@@ -107,69 +117,227 @@ fn a_limit_has_its_agreed_names_and_lies_over_measured_shots() {
     let measured =
         format!("velocity_m_s,perforated\n{},0\n{},1\n{},0\n{},1\n", v50 - 9.0, v50 - 1.0, v50 + 1.0, v50 + 9.0);
     fs::write(bench.path("range.csv"), measured).unwrap();
-    let beside = bench.ripstop(&["fit", "range.csv", "--computed", "limit/v50.json", "-o", "beside"]);
+    let beside = typed(&bench, "fit range.csv --computed limit/v50.json -o beside");
     assert!(stdout(&beside).contains("computed V50"), "{}", stdout(&beside));
-    assert!(fs::read_to_string(bench.path("beside/fit.svg")).unwrap().contains("dashed green: computed"));
-    let wrong = bench.ripstop(&["fit", "range.csv", "--computed", "shot.json"]);
+    assert!(fs::read_to_string(bench.path("beside/fit.svg")).unwrap().contains(">computed<"));
+    let wrong = typed(&bench, "fit range.csv --computed shot.json");
     assert!(code(&wrong) == 2 && stderr(&wrong).contains("v50.json of `ripstop v50`"), "{}", stderr(&wrong));
 }
 
 #[test]
 fn a_sweep_prints_and_writes_its_points() {
     let bench = bench();
-    let arguments = [
-        "sweep",
-        "shot.json",
-        "--over",
-        "/pack/plies=1,2",
-        "--over",
-        "/projectile/velocity_m_s=40..140:100",
-        "-o",
-        "out",
-    ];
-    let output = bench.ripstop(&arguments);
+    let output =
+        typed(&bench, "sweep shot.json --over /pack/plies=1,2 --over /projectile/velocity_m_s=40..140:100 -o out");
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     assert!(stdout(&output).contains("residual_velocity_m_s"));
     assert_eq!(fs::read_to_string(bench.path("out/sweep.csv")).unwrap().lines().count(), 5);
     let page = fs::read_to_string(bench.path("out/sweep.html")).unwrap();
-    assert!(page.contains("residual_velocity_m_s over plies and velocity_m_s"));
+    assert!(page.contains("residual_velocity_m_s over plies"));
 }
 
 #[test]
 fn bad_input_is_one_error_and_nothing_is_written() {
     let bench = bench();
     for (arguments, expected) in [
-        (&["shots", "shot.json", "--count", "3", "--velocity", "90..50"][..], "two velocities in m/s, the lower first"),
+        ("shots shot.json --count 3 --velocity 90..50", "two velocities in m/s, the lower first"),
         (
-            &[
-                "shots",
-                "shot.json",
-                "--count",
-                "3",
-                "--set",
-                "/projectile=null",
-                "--set",
-                "/solver/end_time_us=1",
-                "--set",
-                "/variability/hit=aimed",
-            ],
+            "shots shot.json --count 3 --set /projectile=null --set /solver/end_time_us=1 --set /variability/hit=aimed",
             "a projectile, to be shot",
         ),
-        (&["shots", "shot.json", "--count", "3", "--resume"], "the plan of a batch that was begun here"),
-        (&["sweep", "shot.json", "--over", "/pack/plies=1..4"], "a range without a step"),
-        (&["sweep", "shot.json", "--over", "/pack/plys=1,2"], "did you mean"),
-        (&["sweep", "shot.json", "--over", "/pack/plies=1,0"], "--over /pack/plies\n"),
-        (&["sweep", "shot.json", "--over", "/pack/plies=[1,2]"], "without brackets: --over /pack/plies=1,2"),
+        ("shots shot.json --count 3 --resume", "the plan of a batch that was begun here"),
+        ("sweep shot.json --over /pack/plies=1..4", "a range without a step"),
+        ("sweep shot.json --over /pack/plys=1,2", "did you mean"),
+        ("sweep shot.json --over /pack/plies=1,0", "--over /pack/plies\n"),
+        ("sweep shot.json --over /pack/plies=[1,2]", "without brackets: --over /pack/plies=1,2"),
     ] {
-        let output = bench.ripstop(arguments);
+        let output = typed(&bench, arguments);
         assert_eq!(code(&output), 2, "{arguments:?}");
         assert!(stderr(&output).contains(expected), "{arguments:?}: {}", stderr(&output));
-        let left: Vec<_> = fs::read_dir(bench.path("out"))
-            .into_iter()
-            .flatten()
-            .flatten()
-            .flat_map(|entry| fs::read_dir(entry.path()).into_iter().flatten())
-            .collect();
+        let folders = fs::read_dir(bench.path("out")).into_iter().flatten().flatten();
+        let left: Vec<_> = folders.flat_map(|entry| fs::read_dir(entry.path()).into_iter().flatten()).collect();
         assert!(left.is_empty(), "{arguments:?}: {left:?}");
     }
+}
+
+/// Wu & Tian 2014 and the overview of `gonogo`: V50 10.17033, σ 0.93398, deviance 14.139.
+const PUBLISHED: &str = "shot,velocity_m_s,perforated
+1,5.5,0\n2,16.5,1\n3,11,0\n4,13.8,1\n5,10.1,0\n6,14.7,1\n7,10.4,1\n8,11.7,1\n9,9.7,1\n10,7.3,0\n11,7.8,0\n12,8.1,0
+13,12.2,1\n14,8.5,0\n15,11.8,1\n16,11.7106,1\n17,11.40675,1\n18,11.15419,0\n19,12.46178,1\n20,12.27455,1\n21,12.10918,1
+22,11.96126,1\n23,11.82756,1\n24,11.70565,1\n25,11.59367,1\n26,11.49016,1\n27,11.39395,1\n28,11.3041,1\n29,11.21983,1
+30,11.1405,1\n";
+/// No stop was faster than a perforation.
+const APART: &str = "velocity_m_s;perforated;count\n400;0;2\n420;0;1\n440;1;2\n450;1;0\n";
+
+fn fit_bench(files: &[(&str, &str)]) -> Bench {
+    let bench = Bench::new(&small());
+    for (name, text) in files {
+        fs::write(bench.path(name), text).unwrap();
+    }
+    bench
+}
+
+fn fit(bench: &Bench, arguments: &[&str]) -> Output {
+    bench.ripstop(&[&["fit"], arguments].concat())
+}
+
+fn fit_json(bench: &Bench, arguments: &[&str]) -> Value {
+    let output = fit(bench, &[arguments, &["--json"]].concat());
+    serde_json::from_str(&stdout(&output)).unwrap_or_else(|_| panic!("{}", stderr(&output)))
+}
+
+#[track_caller]
+fn near(value: &Value, expected: f64, tolerance: f64) {
+    let got = value.as_f64().unwrap_or_else(|| panic!("{value} instead of {expected}"));
+    assert!((got - expected).abs() <= tolerance, "{got} instead of {expected}");
+}
+
+#[test]
+fn a_published_set_gives_the_published_numbers_under_the_agreed_names() {
+    let bench = fit_bench(&[("shots.csv", PUBLISHED)]);
+    let found = fit_json(&bench, &["shots.csv"]);
+    near(&found["mu"], 10.17033, 5e-5);
+    near(&found["sigma"], 0.93398, 5e-5);
+    near(&found["deviance"], 14.139, 5e-4);
+    assert_eq!((&found["overlap"], &found["shots"]), (&json!(true), &json!(30)));
+    let quantiles = found["quantiles"].as_array().unwrap();
+    let chances: Vec<f64> = quantiles.iter().map(|quantile| quantile["p"].as_f64().unwrap()).collect();
+    assert_eq!(chances, [0.1, 0.25, 0.5, 0.75, 0.9]);
+    near(&quantiles[2]["value"], 10.17033, 5e-5);
+    near(&quantiles[2]["low"], 9.1593, 1e-4);
+    near(&quantiles[2]["high"], 10.7550, 1e-4);
+    near(&quantiles[4]["low"], 10.7655, 2e-4);
+    // Wider with more confidence, in either way of writing it.
+    let [wide, same] = ["95%", "0.95"].map(|level| fit_json(&bench, &["shots.csv", "--level", level]));
+    assert!(wide["quantiles"][2]["low"].as_f64() < found["quantiles"][2]["low"].as_f64());
+    assert_eq!(wide["quantiles"], same["quantiles"]);
+    let logit = fit_json(&bench, &["shots.csv", "--link", "logit"]);
+    assert_eq!(logit["link"], "logit");
+    assert_ne!(logit["mu"], found["mu"]);
+}
+
+#[test]
+fn without_overlap_the_estimate_says_how_it_was_made() {
+    let bench = fit_bench(&[("apart.csv", APART), ("stopped.csv", "velocity_m_s,perforated\n400,0\n450,0\n470,0\n")]);
+    let found = fit_json(&bench, &["apart.csv"]);
+    assert_eq!((&found["overlap"], &found["method"]), (&json!(false), &json!("Firth's penalised likelihood")));
+    assert_eq!((&found["shots"], &found["perforated"], &found["stopped"]), (&json!(5), &json!(2), &json!(3)));
+    assert!((420.0..440.0).contains(&found["mu"].as_f64().unwrap()), "{found:#}");
+    let text = stdout(&fit(&bench, &["apart.csv"]));
+    assert!(text.contains("no mixed results") && text.contains("Firth's penalty"), "{text}");
+    // One outcome: no estimate, but a bound.
+    let found = fit_json(&bench, &["stopped.csv"]);
+    assert_eq!((&found["mu"], &found["quantiles"][2]["value"]), (&Value::Null, &Value::Null));
+    assert!(found["quantiles"][2]["low"].as_f64() > Some(400.0) && found["quantiles"][2]["high"].is_null());
+    assert!(found["no_estimate"].as_str().unwrap().contains("every shot was stopped"), "{found:#}");
+}
+
+#[test]
+fn residual_velocities_and_the_rules_of_standards_are_looked_at() {
+    let exact = |velocity: f64| format!("{velocity},1,{}\n", (velocity * velocity - 300.0 * 300.0).sqrt());
+    let passed: String = [305.0, 310.0, 320.0, 340.0, 380.0].map(exact).concat();
+    let text = format!("velocity_m_s,perforated,residual_velocity_m_s\n280,0,0\n295,0,\n299,0,\n306,0,\n{passed}");
+    let bench = fit_bench(&[("shots.csv", &text)]);
+    let found = fit_json(&bench, &["shots.csv"]);
+    let curves = found["residual"].as_array().unwrap();
+    assert_eq!((&curves[0]["curve"], &curves[1]["curve"]), (&json!("Recht-Ipson"), &json!("Lambert-Jonas")));
+    for curve in curves {
+        near(&curve["limit"], 300.0, 1e-3);
+        near(&curve["a"], 1.0, 1e-5);
+        near(&curve["p"], 2.0, 1e-4);
+    }
+    let rules = found["arithmetic"].as_array().unwrap();
+    near(&rules[0]["value"], (299.0 + 306.0 + 305.0 + 310.0) / 4.0, 1e-9);
+    near(&rules[1]["value"], (295.0 + 299.0 + 306.0 + 305.0 + 310.0 + 320.0) / 6.0, 1e-9);
+    assert_eq!(rules[2]["refused"], "perforations: 5, stops: 4");
+    let text = stdout(&fit(&bench, &["shots.csv"]));
+    for part in ["V50 ", "STANAG 2920", "Recht-Ipson", "Vr = a"] {
+        assert!(text.contains(part), "{part} in\n{text}");
+    }
+    assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+    assert!(text.lines().all(|line| line.trim_end() == line), "{text}");
+    assert!(!text.contains('\u{1b}'));
+}
+
+#[test]
+fn files_are_whole_and_need_nothing_else() {
+    let bench = fit_bench(&[("<b>&.csv", PUBLISHED)]);
+    let output = fit(&bench, &["<b>&.csv", "-q", "-o", "out/fit"]);
+    assert_eq!((code(&output), stdout(&output).as_str()), (0, ""), "{}", stderr(&output));
+    assert_eq!(bench.names("out/fit"), ["fit.html", "fit.json", "fit.svg"]);
+    assert_eq!(bench.json("out/fit/fit.json"), fit_json(&bench, &["<b>&.csv"]));
+    for name in ["out/fit/fit.svg", "out/fit/fit.html"] {
+        let text = bench.text(name);
+        assert!(text.contains("&lt;b&gt;&amp;.csv") && !text.contains("<b>"), "{name}");
+        assert_eq!(text.matches("<circle").count(), 30);
+        assert_eq!(text.matches("<polyline").count(), 1);
+        let external = text.replace("http://www.w3.org/2000/svg", "");
+        assert!(!external.contains("://") && !external.contains("<script") && !external.contains("NaN"));
+    }
+    assert!(bench.text("out/fit/fit.html").contains("V50 10.17 m/s"));
+}
+
+#[test]
+fn a_bad_table_is_one_error_and_nothing_is_written() {
+    let head = "velocity_m_s,perforated,count,residual_velocity_m_s\n";
+    let lines = |line: &str| format!("{head}400,0,,\n{line}\n");
+    let tables: [(&str, String, &str); 17] = [
+        ("no-velocity", "velocity,perforated\n1,1\n".into(), "line 1|a column velocity_m_s|rename \"velocity\""),
+        ("no-outcome", "velocity_m_s,outcome\n1,1\n".into(), "line 1|a column perforated|\"outcome\""),
+        ("no-heading", "400,1\n".into(), "line 1|a column velocity_m_s|\"400\", \"1\""),
+        ("twice", "velocity_m_s,perforated,perforated\n1,1,1\n".into(), "line 1|\"perforated\" twice"),
+        ("empty", String::new(), "an empty file"),
+        ("heading", head.into(), "a heading alone"),
+        ("none", lines("410,1,0,").replace("400,0,,", "400,0,0,"), "every count is 0"),
+        ("word", lines("fast,1,,"), "line 3, column \"velocity_m_s\"|\"fast\""),
+        ("missing", lines(",1,,"), "line 3, column \"velocity_m_s\"|an empty cell"),
+        ("nan", lines("NaN,1,,"), "line 3, column \"velocity_m_s\"|\"NaN\""),
+        ("negative", lines("-4,1,,"), "line 3, column \"velocity_m_s\"|\"-4\""),
+        ("two", lines("410,2,,"), "line 3, column \"perforated\"|0 or 1|\"2\""),
+        ("part", lines("410,1,1.5,"), "line 3, column \"count\"|\"1.5\""),
+        ("stopped", lines("410,0,1,50"), "line 3, column \"residual_velocity_m_s\"|stopped|\"50\""),
+        ("faster", lines("410,1,1,411"), "line 3, column \"residual_velocity_m_s\"|410 m/s|\"411\""),
+        ("comma", "velocity_m_s,perforated\n400,5,1\n".into(), "line 2|2 cells|decimal point"),
+        ("binary", "velocity_m_s,perforated\n1,\0\n".into(), "line 2|the byte 0x00"),
+    ];
+    let bench = Bench::new(&small());
+    for (name, text, named) in &tables {
+        let file = format!("{name}.csv");
+        fs::write(bench.path(&file), text).unwrap();
+        refused(&bench, &[&file, "-o", "out"], &format!("{file}|expected: |found: |help: |{named}"));
+    }
+    fs::File::create(bench.path("huge.csv")).unwrap().set_len(5 << 20).unwrap();
+    fs::write(bench.path("long.csv"), format!("velocity_m_s,perforated\n{}", "400,0\n".repeat(10_001))).unwrap();
+    fs::write(bench.path("shots.csv"), PUBLISHED).unwrap();
+    for (arguments, named) in [
+        (&["huge.csv"][..], "a file of at most 4 MiB"),
+        (&["long.csv"], "line 10002|at most 10000 lines"),
+        (&["absent.csv"], "absent.csv|velocity_m_s,perforated"),
+        (&["shots.csv", "--level", "90"], "--level|90%"),
+        (&["shots.csv", "--link", "cauchit"], "probit, logit"),
+        (&["shots.csv", "-o", "shots.csv"], "a file"),
+        (&[], "DATA.csv"),
+    ] {
+        refused(&bench, arguments, named);
+    }
+    assert!(!bench.path("out").exists());
+}
+
+#[track_caller]
+fn refused(bench: &Bench, arguments: &[&str], named: &str) {
+    let output = fit(bench, arguments);
+    let message = stderr(&output);
+    assert_eq!(code(&output), 2, "{arguments:?}: {message}");
+    assert_eq!(message.matches("error: ").count(), 1, "{arguments:?}: {message}");
+    for part in named.split('|') {
+        assert!(message.contains(part), "{part} of {arguments:?}: {message}");
+    }
+    assert!(output.stdout.is_empty());
+}
+
+#[test]
+fn results_never_replace_the_shots() {
+    let bench = fit_bench(&[("fit.json", PUBLISHED)]);
+    refused(&bench, &["fit.json", "-o", "."], "fit.json, which was read");
+    assert_eq!(bench.text("fit.json"), PUBLISHED);
 }

@@ -114,10 +114,6 @@ pub(crate) fn tests() -> Vec<Trial> {
         let name = format!("kernels::{kind}::{}", word(&scene));
         out.push(trial(name, move |device| check(device, &scene, &Part::ALL, &Kernel::source)));
     }
-    for scene in packs::scenes().into_iter().filter(packs::is_free) {
-        let name = format!("kernels::plies::momentum_stays::{}", word(&scene));
-        out.push(trial(name, move |device| compare::keeps_momentum(device, &scene)));
-    }
     out.push(trial("kernels::no_line_of_the_table_is_idle_or_blind", whole_table));
     out.push(trial("kernels::nothing_happens_after_a_bad_step", compare::bad_step));
     out

@@ -13,7 +13,7 @@ use ripstop::solver::{edge_contact, element_force, projectile_contact};
 use wgpu::naga;
 
 use super::modules;
-use crate::support::{SOLVER_LAWS, patch};
+use crate::support::patch;
 
 /// The numbers of a constant expression.
 fn numbers(module: &Module, at: naga::Handle<naga::Expression>) -> Vec<f64> {
@@ -28,115 +28,79 @@ fn numbers(module: &Module, at: naga::Handle<naga::Expression>) -> Vec<f64> {
     }
 }
 
-/// Name and value of a constant: one number, or as many as a list has.
-type Constant = (&'static str, Vec<f64>);
-
-fn count(name: &'static str, value: usize) -> Constant {
-    (name, vec![value as f64])
+/// Numbers of the host that a constant must have, as single precision has them.
+trait Numbers {
+    fn numbers(&self) -> Vec<f64>;
 }
 
-fn list(name: &'static str, values: &[f64]) -> Constant {
-    (name, values.iter().map(|x| f64::from(*x as f32)).collect())
+impl Numbers for usize {
+    fn numbers(&self) -> Vec<f64> {
+        vec![*self as f64]
+    }
 }
 
-fn number(name: &'static str, value: f64) -> Constant {
-    list(name, &[value])
+impl Numbers for u32 {
+    fn numbers(&self) -> Vec<f64> {
+        vec![f64::from(*self)]
+    }
 }
 
-/// Places and sizes that the host shares.
-fn of_the_layout() -> Vec<Constant> {
+impl Numbers for f64 {
+    fn numbers(&self) -> Vec<f64> {
+        vec![f64::from(*self as f32)]
+    }
+}
+
+impl<const N: usize> Numbers for [f64; N] {
+    fn numbers(&self) -> Vec<f64> {
+        self.iter().flat_map(Numbers::numbers).collect()
+    }
+}
+
+/// Names and values of constants that shaders and host share, by the module that has them.
+macro_rules! constants {
+    ($($module:ident: $($name:ident),+;)+) => {
+        vec![$($((stringify!($name), Numbers::numbers(&$module::$name))),+),+]
+    };
+}
+
+/// Constants by name; those that the host names otherwise come last.
+fn expected() -> BTreeMap<&'static str, Vec<f64>> {
     use layout::{status, sum};
-    vec![
-        count("GROUP", layout::GROUP as usize),
-        count("WIDTH", layout::CONTACT_GROUP as usize),
-        count("LANES", layout::CONTACT_LANES as usize),
-        count("BODY_WORDS", layout::BODY_WORDS),
-        count("STATUS_WORDS", layout::STATUS_WORDS),
-        count("SUMS", layout::SUMS),
-        count("BAD_STEP", status::BAD_STEP),
-        count("EVENTS", status::EVENTS),
-        count("FAILED", status::FAILED),
-        count("ERODED", status::ERODED),
-        count("UNCONVERGED", status::UNCONVERGED),
-        count("RESIDUAL", status::RESIDUAL),
-        count("OVERFLOW", status::OVERFLOW),
-        count("OVERFLOW_EDGES", status::OVERFLOW_EDGES),
-        count("WORK", sum::WORK),
-        count("RELEASED", sum::RELEASED),
-        count("RELEASED_HOURGLASS", sum::RELEASED_HOURGLASS),
-        count("STORED", sum::STORED),
-        count("HOURGLASS_NOW", sum::HOURGLASS_NOW),
-        count("TENSION", sum::TENSION),
-        count("DEFLECTION", sum::DEFLECTION),
-        count("EVALUATIONS", sum::EVALUATIONS),
-        count("SOLVED", sum::SOLVED),
-        count("KINETIC", sum::KINETIC),
-        count("KINETIC_NOW", sum::KINETIC_NOW),
-        count("FASTEST", sum::FASTEST),
-        count("MOMENTUM", sum::MOMENTUM),
-        count("SUPPORT", sum::SUPPORT),
-        count("COVERED", sum::COVERED),
-        count("PLY_LOSS", sum::PLY_LOSS),
-        count("PLY_FRICTION_WORK", sum::PLY_RUBBED),
-        count("PLY_SEPARATION_WORK", sum::PLY_SEPARATION_WORK),
-        count("VISCOUS_WORK", sum::VISCOUS),
-        count("LAW_MADE", sum::LAW),
-        count("LOAD", sum::LOAD),
-        count("COMPUTED", status::COMPUTED),
-        count("PLY_DEPTH", status::PLY_DEPTH),
-        count("REACH", status::REACH),
-        count("NO_PLY", layout::NONE as usize),
-        count("NONE", layout::NONE as usize),
-        number("FIXED_POINT_SCALE", layout::FIXED_POINT_SCALE),
-        count("LINES_ACROSS", layout::LINES_ACROSS),
-        count("LINE_TEXELS", layout::LINE_TEXELS),
-    ]
-}
-
-/// What the kernels reckon with.
-fn of_the_kernels() -> Vec<Constant> {
-    vec![
-        count("WALK", ply_contact::WALK),
-        count("PENETRATING", layup::PENETRATING as usize),
-        number("POSITION_CORRECTION", ply_contact::POSITION_CORRECTION),
-        number("RECOVERY_TIME", ply_contact::RECOVERY_TIME),
-        number("DEEP_RECOVERY", ply_contact::DEEP_RECOVERY),
-        number("DEEP", ply_contact::DEEP),
-        number("RECOVERY_SPEED", ply_contact::RECOVERY_SPEED),
-        number("DEEP_SPEED", ply_contact::DEEP_SPEED),
-        number("NEAR_MIDDLE", ply_contact::NEAR_MIDDLE),
-        number("PASSED", ply_contact::PASSED),
-        number("PASSED_SPEED", ply_contact::PASSED_SPEED),
-        number("SLOP", ply_contact::SLOP),
-        number("EDGE", ply_contact::EDGE),
-        number("MAX_INITIAL_PENETRATION", ply_contact::MAX_INITIAL_PENETRATION),
-        number("MIN_AREA_RATIO", ply_contact::MIN_AREA_RATIO),
-        number("SEGMENT_EXTENSION", ply_contact::SEGMENT_EXTENSION),
-        number("EDGE_TOLERANCE", ply_contact::EDGE_TOLERANCE),
-        number("FLATNESS_TOLERANCE", ply_contact::FLATNESS_TOLERANCE),
-        count("MAX_ITERATIONS", crossover::MAX_ITERATIONS as usize),
-        count("REFINEMENTS", crossover::REFINEMENTS as usize),
-        count("NEWTON_ITERATIONS", coupled_newton::NEWTON_ITERATIONS as usize),
-        count("SET_CHANGES", projectile_contact::SET_CHANGES),
-        count("FRICTION_SWEEPS", projectile_contact::FRICTION_SWEEPS),
-        count("ELLIPSE_STEPS", projectile_shape::ELLIPSE_STEPS),
-        number("RESOLVED", projectile_shape::RESOLVED),
-        count("LAW_COUNT", law_energy::COUNT),
-        number("BROKEN", element_force::BROKEN),
-        number("FOLDED_STRETCH", membrane::FOLDED_STRETCH),
-        number("TINY", kinematics::TINY),
-        number("STEEPEST", shear::STEEPEST),
-        number("SHORTEST", yarn_law::SHORTEST),
-        number("LEAST_STRAIN", coupled_newton::LEAST_STRAIN),
-        number("EPSILON", f64::from(f32::EPSILON)),
-        number("PI", std::f64::consts::PI),
-        number("HALF_PI", std::f64::consts::FRAC_PI_2),
-        list("SERIES", &arc_length::SERIES),
-        list("ARC_SINE_SINGLE", &shear::ARC_SINE_SINGLE),
-        number("HELD", projectile_contact::HELD),
-        number("SHARED", edge_contact::SHARED),
-        number("FLOOR", edge_contact::FLOOR),
-    ]
+    let shared = constants! {
+        layout: GROUP, BODY_WORDS, STATUS_WORDS, SUMS, NONE, FIXED_POINT_SCALE, LINES_ACROSS, LINE_TEXELS;
+        status: BAD_STEP, EVENTS, FAILED, ERODED, UNCONVERGED, RESIDUAL, OVERFLOW, OVERFLOW_EDGES, COMPUTED, PLY_DEPTH, REACH;
+        sum: WORK, RELEASED, RELEASED_HOURGLASS, STORED, HOURGLASS_NOW, TENSION, DEFLECTION, EVALUATIONS, SOLVED, KINETIC,
+            KINETIC_NOW, FASTEST, MOMENTUM, SUPPORT, COVERED, PLY_LOSS, PLY_SEPARATION_WORK, LOAD;
+        ply_contact: WALK, POSITION_CORRECTION, RECOVERY_TIME, DEEP_RECOVERY, DEEP, RECOVERY_SPEED, DEEP_SPEED, NEAR_MIDDLE,
+            PASSED, PASSED_SPEED, SLOP, EDGE, MAX_INITIAL_PENETRATION, MIN_AREA_RATIO, SEGMENT_EXTENSION, EDGE_TOLERANCE,
+            FLATNESS_TOLERANCE;
+        layup: PENETRATING;
+        crossover: MAX_ITERATIONS, REFINEMENTS;
+        coupled_newton: NEWTON_ITERATIONS, LEAST_STRAIN;
+        projectile_contact: SET_CHANGES, FRICTION_SWEEPS, HELD;
+        edge_contact: SHARED, FLOOR;
+        projectile_shape: RESOLVED, ELLIPSE_STEPS;
+        element_force: BROKEN;
+        membrane: FOLDED_STRETCH;
+        kinematics: TINY;
+        shear: STEEPEST, ARC_SINE_SINGLE;
+        yarn_law: SHORTEST;
+        arc_length: SERIES;
+    };
+    let others = [
+        ("WIDTH", layout::CONTACT_GROUP.numbers()),
+        ("LANES", layout::CONTACT_LANES.numbers()),
+        ("NO_PLY", layout::NONE.numbers()),
+        ("PLY_FRICTION_WORK", sum::PLY_RUBBED.numbers()),
+        ("VISCOUS_WORK", sum::VISCOUS.numbers()),
+        ("LAW_MADE", sum::LAW.numbers()),
+        ("LAW_COUNT", law_energy::COUNT.numbers()),
+        ("EPSILON", f64::from(f32::EPSILON).numbers()),
+        ("PI", std::f64::consts::PI.numbers()),
+        ("HALF_PI", std::f64::consts::FRAC_PI_2.numbers()),
+    ];
+    shared.into_iter().chain(others).collect()
 }
 
 /// Names that shaders alone have for the states of a point of contact. A fresh one is away: its words are zero.
@@ -144,7 +108,7 @@ const STATES: [&str; 3] = ["AWAY", "NEAR", "PUSHING"];
 
 #[test]
 fn constants_have_the_values_of_their_twins() {
-    let expected: BTreeMap<_, _> = of_the_layout().into_iter().chain(of_the_kernels()).collect();
+    let expected = expected();
     let mut seen = BTreeSet::new();
     for (kernel, module) in modules() {
         for (_, constant) in module.constants.iter() {
@@ -174,17 +138,6 @@ fn states_of_a_contact_differ_and_a_fresh_one_is_away() {
             assert!(states[0] != states[1] && states[1] != states[2] && states[2] != states[0], "{kernel}");
         }
     }
-}
-
-#[test]
-fn the_variational_law_is_the_one_of_the_case() {
-    let variational = SOLVER_LAWS.map(|law| {
-        let mut case = patch::case(1, 1);
-        case.fabric.crossover.law = law;
-        let terms = Model::<f32>::new(&case).unwrap().features();
-        shader::constants(&terms, false).iter().find(|(name, _)| *name == "VARIATIONAL").map(|(_, value)| *value)
-    });
-    assert_eq!(variational, [Some(0.0), Some(1.0)]);
 }
 
 #[test]

@@ -6,7 +6,7 @@ use ripstop::num::random::DrawKey;
 use ripstop::study::binary_response::fit;
 use ripstop::study::interval::interval;
 use ripstop::study::outcomes::{Outcomes, Shot};
-use ripstop::study::threshold::{FurtherShots, Rungs, ThresholdSample, ThresholdSearch, Wanted, middle};
+use ripstop::study::threshold::{Rungs, ThresholdSample, bracket, middle};
 
 /// Scatter of the thresholds [m/s]; V50 lies evenly between 480 and 520.
 const SIGMA: f64 = 20.0;
@@ -40,7 +40,7 @@ fn langlie(shots: &[Shot]) -> f64 {
     0.5 * (last.velocity + if last.perforated { 420.0 } else { 580.0 })
 }
 
-/// What became of one range: whether there was an estimate, whether it needed Firth's penalty, which intervals held the truth.
+/// Result of one range: whether there was an estimate, whether it needed Firth's penalty, which intervals held the truth.
 #[derive(Clone, Copy, Default)]
 struct Range {
     estimate: bool,
@@ -115,19 +115,16 @@ const MU: f64 = 190.0;
 fn campaign(number: u32, row: u32, count: u32, width: f64, threshold: impl Fn(f64) -> f64) -> [bool; 2] {
     let rungs = Rungs { width };
     let mut middles = Vec::new();
-    let mut bracket = 0.0;
+    let mut width_sum = 0.0;
     for realisation in 0..count {
         let [u, ..] = DrawKey { seed: 11, shot: number, ply: row, yarn: realisation, element: 0 }.uniform();
         let threshold = threshold(u);
-        let mut search = ThresholdSearch::new(rungs, MU, 4, FurtherShots { beside: true, beyond: &[] });
-        while let Wanted::Shot(rung) = search.wanted() {
-            search.see(rung, rungs.velocity(rung) > threshold);
-        }
-        let [low, high] = search.bracket().unwrap();
+        let ends = bracket(rungs, rungs.nearest(MU), 4, |rung| Ok(rungs.velocity(rung) > threshold)).unwrap();
+        let [low, high] = ends.map(|rung| rungs.velocity(rung));
         middles.push(middle([low, high]));
-        bracket += (high - low) / f64::from(count);
+        width_sum += (high - low) / f64::from(count);
     }
-    let sample = ThresholdSample::new(&middles, bracket).unwrap();
+    let sample = ThresholdSample::new(&middles, width_sum).unwrap();
     [0.5, 0.9].map(|p| sample.interval(p, LEVEL).holds(threshold(p)))
 }
 

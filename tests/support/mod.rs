@@ -1,8 +1,7 @@
-//! What tests of the unit cell and of the element share: fabrics, cells, patches of elements, seeded numbers.
+//! Fabrics, cells, patches of elements and seeded numbers for the tests.
 //!
 //! No physics of the solver is repeated here except in [`oracle`], which gets it by other means.
 
-pub(crate) mod filmed;
 pub(crate) mod oracle;
 pub(crate) mod patch;
 pub(crate) mod torn;
@@ -169,8 +168,8 @@ impl<R: Scalar> Cell<R> {
 
     /// Heights predicted, from those [m] solved at stretches Λ, for when these have changed; `both`: both yarns are alive and present.
     pub(crate) fn predict(&self, stretch: [f64; 2], heights: [f64; 2], change: [f64; 2], both: bool) -> [f64; 2] {
-        let guide = self.equilibrium(stretch, heights, both).guide;
-        guide.heights(heights.map(R::splat), change.map(R::splat)).map(|x| x.to_f64())
+        let predictor = self.equilibrium(stretch, heights, both).predictor;
+        predictor.heights(heights.map(R::splat), change.map(R::splat)).map(|x| x.to_f64())
     }
 
     fn equilibrium(&self, stretch: [f64; 2], warm: [f64; 2], both: bool) -> Equilibrium<R> {

@@ -1,6 +1,6 @@
 //! A patch of elements that a test moves by hand and asks for forces and energies.
 
-use ripstop::case::{self, Case};
+use ripstop::case::{self, Case, Grading, LinesFrom};
 use ripstop::model::Model;
 use ripstop::num::scalar::Scalar;
 use ripstop::solver;
@@ -37,13 +37,12 @@ pub(crate) fn case(columns: usize, rows: usize) -> Case {
     case
 }
 
-/// The patch of a case with warp and weft exchanged.
-pub(crate) fn swapped(case: &Case) -> Case {
-    let mut out = case.clone();
-    std::mem::swap(&mut out.fabric.warp, &mut out.fabric.weft);
-    std::mem::swap(&mut out.pack.columns, &mut out.pack.rows);
-    std::mem::swap(&mut out.pack.element_length_x, &mut out.pack.element_length_y);
-    out
+/// The patch of a case with elements that grow from a place beside its middle.
+pub(crate) fn graded(mut case: Case) -> Case {
+    let (hit, lines_from) = ([2e-3, -1e-3], LinesFrom::Hit);
+    let grading = Grading { hit, way: [0.0; 2], fine: [1e-3; 2], growth_ratio: 1.4, max_size: 3.0, lines_from };
+    case.pack.grading = Some(grading);
+    case
 }
 
 /// Removes what is not asked for: trellis shear, hourglass stiffness.
@@ -229,7 +228,7 @@ fn rows<S: Scalar>(model: &Model<S>, state: &mut State<S>, dt: f64) -> Vec<Eleme
         };
         with_law!(ply_type.law, L => {
             let c = ply_type.constants::<S, L>();
-            let extent = Extent { shear: ply_type.has_shear, ledger: true };
+            let extent = Extent { shear: ply_type.has_shear, sample: true };
             element_force::<S, L>(&c, &mut storage, 0..columns, dt, extent, totals);
         });
     }

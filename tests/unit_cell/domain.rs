@@ -266,18 +266,3 @@ fn heights_are_predicted_to_first_order_in_every_law() {
         }
     }
 }
-
-#[test]
-fn a_predicted_step_takes_an_evaluation_less() {
-    let cell = Cell::<f64>::new(&s720(CurveLaw::Published, CROSSOVERS[1]));
-    let (mut random, mut saved) = (Random(7), 0.0);
-    for _ in 0..1000 {
-        let stretch = [random.between(1.0, 1.03), random.between(1.0, 1.03)];
-        let change = [random.between(-3e-4, 3e-4), random.between(-3e-4, 3e-4)];
-        let before = cell.solve_from_rest(stretch);
-        let after = [0, 1].map(|i| stretch[i] + change[i]);
-        let warm = cell.solve(after, cell.predict(stretch, before.height, change, true), true);
-        saved += cell.solve(after, before.height, true).iterations - warm.iterations;
-    }
-    assert!(saved > 700.0, "{saved}");
-}

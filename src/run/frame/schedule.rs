@@ -1,14 +1,14 @@
-//! When frames are due: evenly over a run whose end is not known before it comes.
+//! Schedule of the frames: evenly over a run whose end is not known before it comes.
 //!
 //! Frames are taken more often than asked for. Each time there are twice as many as asked for, every second one is given up, and
 //! those to come lie twice as far apart. So at any time between half and all of twice as many lie evenly from the start on, and
 //! [`even`] chooses from them.
 
-/// Frames are taken so many times as often as asked for at first: a run that ends after this part of its end time has as many frames
+/// Ratio of the frames taken at first to those asked for: a run that ends after this part of its end time has as many frames
 /// as asked for. A power of two, so that a run that reaches its end time has frames at even times to the step.
 const FINEST: f64 = 64.0;
 
-/// The times at which frames are due, and which of them are kept.
+/// Times at which frames are due, and those of them that are kept.
 #[derive(Clone, Debug)]
 pub(crate) struct Schedule {
     /// Frames asked for.
@@ -24,13 +24,13 @@ pub(crate) struct Schedule {
 }
 
 impl Schedule {
-    /// So many frames from 0 to the end of a run, at `end_time` [s] or before.
+    /// Schedule of `wanted` frames from 0 to the end of a run, at `end_time` [s] or before.
     pub(crate) fn new(wanted: usize, end_time: f64) -> Self {
         let widest = end_time / wanted.saturating_sub(1).max(1) as f64;
         Self { wanted, widest, interval: widest / FINEST, passed: 0, kept: Vec::new() }
     }
 
-    /// The schedule of a run that goes on before the step of this number, `dt` [s] long.
+    /// Schedule of a run that goes on before the step of this number, `dt` [s] long.
     pub(crate) fn resume(wanted: usize, end_time: f64, step: u64, dt: f64) -> Self {
         let mut schedule = Self::new(wanted, end_time);
         (0..step).for_each(|past| schedule.pass(past, dt));

@@ -2,7 +2,7 @@ use super::*;
 
 const DT: f64 = 1e-6;
 
-/// The steps kept of a run of so many steps.
+/// Steps kept of a run.
 fn kept(wanted: usize, end_time: f64, steps: u64) -> Vec<u64> {
     let mut schedule = Schedule::new(wanted, end_time);
     (0..=steps).for_each(|step| schedule.pass(step, DT));
@@ -47,4 +47,20 @@ fn what_is_chosen_begins_and_ends_with_the_run_and_is_as_many_as_asked_for() {
     }
     assert_eq!(even(&times, 3), [0, 48, 97]);
     assert_eq!((even(&times, 1), even(&times, 0), even(&times[..2], 3)), (vec![0], vec![], vec![0, 1]));
+}
+
+#[test]
+fn a_schedule_that_goes_on_keeps_what_the_whole_run_keeps() {
+    let dt = 1e-6;
+    let on = |mut schedule: Schedule, from: u64| {
+        (from..100).for_each(|step| schedule.pass(step, dt));
+        schedule.kept().collect::<Vec<_>>()
+    };
+    for (frames, end_time) in [(1, 60e-6), (2, 60e-6), (13, 60.5e-6), (200, 60e-6), (7, 1.0)] {
+        let whole = on(Schedule::new(frames, end_time), 0);
+        assert_eq!(whole[0], 0);
+        for step in 0..100 {
+            assert_eq!(on(Schedule::resume(frames, end_time, step, dt), step), whole, "{frames} frames, step {step}");
+        }
+    }
 }

@@ -1,39 +1,45 @@
-//! The copy of the state that a frame is made from.
+//! Snapshots: copies of the state, which frames are made of.
 
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::element::{self, Before, ElementReading};
 use super::schedule::Schedule;
 use super::{Frame, PlyMesh, Pose, Scene};
 use crate::model::Model;
 use crate::model::mesh::Mesh;
-use crate::num::scalar::Scalar;
+use crate::num::scalar::{Scalar, each};
+use crate::physics::crossover;
 use crate::physics::element_geometry::ElementConstants;
+use crate::physics::element_geometry::ElementGeometry;
+use crate::physics::kinematics::{differences, kinematics};
 use crate::physics::mirror_planes::Cut;
 use crate::physics::rigid_body::RigidBody;
+use crate::physics::shear;
 use crate::physics::yarn_law::LawKernel;
 use crate::run::View;
 use crate::solver::element_totals::field as element_field;
 use crate::solver::node_update::field as node_field;
 use crate::solver::state::{Rows, State};
 
-/// The state when a frame is due: what has moved of the part that is computed.
+/// State at the time of a frame: what has moved of the part that is computed.
 pub struct Snapshot {
     scene: Arc<Scene>,
     step: u64,
     time: f64,
     projectile: Option<Pose>,
-    moved: Box<dyn Moved>,
+    /// Bytes of the copy.
+    bytes: usize,
+    /// Fills a frame of zeros with what has moved, in whatever precision.
+    fill: Box<dyn Fn(&Scene, &mut Frame) + Send + Sync>,
 }
 
 impl Snapshot {
-    /// What it shares with all others of its run.
+    /// Constants that it shares with all others of its run.
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
 
-    /// [s]
+    /// Time [s].
     pub fn time(&self) -> f64 {
         self.time
     }
@@ -43,33 +49,33 @@ impl Snapshot {
         self.step
     }
 
-    /// Bytes that it takes, about.
+    /// Bytes of memory that it takes, about.
     pub fn bytes(&self) -> usize {
-        self.moved.bytes()
+        self.bytes
     }
 
-    /// The frame of the whole scene.
+    /// Frame of the whole scene.
     pub fn frame(&self) -> Frame {
         let mut frame =
             Frame { step: self.step, time: self.time, projectile: self.projectile, ..Frame::empty(&self.scene) };
-        self.moved.fill(&self.scene, &mut frame);
+        (self.fill)(&self.scene, &mut frame);
         frame
     }
 }
 
-/// Takes the snapshots of a run.
+/// Taker of the snapshots of a run.
 pub struct SnapshotTaker {
     schedule: Schedule,
     scene: Option<Arc<Scene>>,
 }
 
 impl SnapshotTaker {
-    /// For so many frames from 0 to the end of a run, at `end_time` [s] or before; a single one is that of the start.
+    /// For a number of frames from 0 to the end of a run, at `end_time` [s] or before; a single one is that of the start.
     pub fn new(frames: usize, end_time: f64) -> Self {
         Self { schedule: Schedule::new(frames, end_time), scene: None }
     }
 
-    /// The camera of a run that goes on before the step of this number, `dt` [s] long.
+    /// For a run that goes on before the step of this number, `dt` [s] long.
     pub fn resume(frames: usize, end_time: f64, step: u64, dt: f64) -> Self {
         Self { schedule: Schedule::resume(frames, end_time, step, dt), scene: None }
     }
@@ -84,14 +90,14 @@ impl SnapshotTaker {
         self.schedule.kept()
     }
 
-    /// The state in view, which is due.
+    /// Snapshot of the state in view, which is due.
     pub fn take(&mut self, view: &View<'_>) -> Snapshot {
         let (step, [_, dt]) = (view.step(), view.clock());
         self.schedule.pass(step, dt);
         self.snapshot(view)
     }
 
-    /// The state in view, that after the last step, unless a frame shows it already.
+    /// Snapshot of the state in view after the last step, unless a frame shows it already.
     pub fn end(&mut self, view: &View<'_>) -> Option<Snapshot> {
         self.schedule.wants_end(view.step()).then(|| self.snapshot(view))
     }
@@ -104,13 +110,16 @@ impl SnapshotTaker {
     }
 
     fn take_as<S: Scalar>(&mut self, model: &Arc<Model<S>>, state: &State<S>) -> Snapshot {
-        let plies = (0..model.plies.len()).map(|ply| Patch::new(model, state, ply)).collect();
+        let plies: Vec<Patch<S>> = (0..model.plies.len()).map(|ply| Patch::new(model, state, ply)).collect();
+        let numbers: usize = plies.iter().map(|patch| patch.nodes.len() + patch.elements.len()).sum();
+        let own = Arc::clone(model);
         Snapshot {
             scene: self.scene.get_or_insert_with(|| Arc::new(Scene::new(model))).clone(),
             step: state.step,
             time: state.step as f64 * model.dt,
             projectile: state.body.as_ref().map(pose),
-            moved: Box::new(Patches { model: model.clone(), plies }),
+            bytes: size_of::<Snapshot>() + numbers * size_of::<S>(),
+            fill: Box::new(move |scene, frame| fill(&own, &plies, scene, frame)),
         }
     }
 }
@@ -125,18 +134,6 @@ fn pose(body: &RigidBody) -> Pose {
     }
 }
 
-/// What has moved, in whatever precision.
-trait Moved: Send + Sync {
-    fn bytes(&self) -> usize;
-    /// Fills a frame of zeros.
-    fn fill(&self, scene: &Scene, frame: &mut Frame);
-}
-
-struct Patches<S> {
-    model: Arc<Model<S>>,
-    plies: Vec<Patch<S>>,
-}
-
 /// Elements of a ply that may have moved, and their nodes.
 struct Patch<S> {
     rows: Range<usize>,
@@ -147,7 +144,7 @@ struct Patch<S> {
     elements: Vec<S>,
 }
 
-/// Numbers kept of an element: heights and life of its yarns, which lie together in the state.
+/// Numbers kept of an element: heights of its yarns and whether they are intact, which lie together in the state.
 const OF_ELEMENT: usize = element_field::COUNT - element_field::HEIGHT;
 
 impl<S: Scalar> Patch<S> {
@@ -174,7 +171,7 @@ impl<S: Scalar> Patch<S> {
         [0, 1, 2].map(|a| nodes.map(|(row, column)| self.node(row, node_field::DISPLACEMENT + a, column)))
     }
 
-    /// What an element had at the last step.
+    /// An element after the last step.
     fn before(&self, row: usize, column: usize) -> Before<S> {
         let number = |field: usize| self.elements[(row * OF_ELEMENT + field) * self.columns.len() + column];
         let alive = [2, 3].map(|field| number(field).to_f64() > 0.5);
@@ -194,26 +191,19 @@ fn copy<S: Scalar>(from: &Rows<S>, rows: Range<usize>, fields: Range<usize>, col
     numbers
 }
 
-impl<S: Scalar> Moved for Patches<S> {
-    fn bytes(&self) -> usize {
-        let numbers: usize = self.plies.iter().map(|patch| patch.nodes.len() + patch.elements.len()).sum();
-        size_of::<Self>() + numbers * size_of::<S>()
-    }
-
-    fn fill(&self, scene: &Scene, frame: &mut Frame) {
-        for (ply, patch) in self.plies.iter().enumerate() {
-            let ply_type = self.model.ply_type(ply);
-            let whole = &scene.plies[ply];
-            crate::with_law!(ply_type.law, L => {
-                let constants = ply_type.constants::<S, L>();
-                let start = Before { height: ply_type.initial.height.map(S::splat), alive: ply_type.present };
-                // What nothing has reached is flat; what started otherwise counts as reached.
-                let rest = element::read::<S, L>(&constants, [1.0; 2], &[[S::splat(0.0); 4]; 3], start);
-                (0..whole.elements()).for_each(|at| put(frame, whole.first_element + at, &rest, 1.0));
-                fill_elements::<S, L>(patch, &constants, &ply_type.mesh, whole, frame);
-            });
-            fill_nodes(patch, &ply_type.mesh, whole, frame);
-        }
+/// Fills a frame of zeros with what has moved of every ply.
+fn fill<S: Scalar>(model: &Model<S>, plies: &[Patch<S>], scene: &Scene, frame: &mut Frame) {
+    for (ply, patch) in plies.iter().enumerate() {
+        let (ply_type, whole) = (model.ply_type(ply), &scene.plies[ply]);
+        crate::with_law!(ply_type.law, L => {
+            let constants = ply_type.constants::<S, L>();
+            let start = Before { height: ply_type.initial.height.map(S::splat), alive: ply_type.present };
+            // What nothing has reached is flat; what started otherwise counts as reached.
+            let rest = read::<S, L>(&constants, [1.0; 2], &[[S::splat(0.0); 4]; 3], start);
+            (0..whole.elements()).for_each(|at| put(frame, whole.first_element + at, &rest, 1.0));
+            fill_elements::<S, L>(patch, &constants, &ply_type.mesh, whole, frame);
+        });
+        fill_nodes(patch, &ply_type.mesh, whole, frame);
     }
 }
 
@@ -229,7 +219,7 @@ fn fill_elements<S: Scalar, L: LawKernel>(
         for column in 0..patch.columns.len() {
             let size = mesh.widths(patch.rows.start + row, patch.columns.start + column);
             let before = patch.before(row, column);
-            let reading = element::read::<S, L>(constants, size, &patch.corners(row, column), before);
+            let reading = read::<S, L>(constants, size, &patch.corners(row, column), before);
             for (row, row_sign) in up.of(patch.rows.start + row) {
                 for (column, column_sign) in across.of(patch.columns.start + column) {
                     let at = whole.first_element + row * whole.columns + column;
@@ -272,7 +262,66 @@ fn fill_nodes<S: Scalar>(patch: &Patch<S>, mesh: &Mesh, whole: &PlyMesh, frame: 
     }
 }
 
-/// Where the nodes (`last` = 0) or elements (`last` = 1) of a part stand in the whole along one axis of the ply.
+/// One element, rounded to what files hold.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct ElementReading {
+    /// Tension of the yarns [N].
+    tension: [f32; 2],
+    /// Strain of the yarns [-].
+    strain: [f32; 2],
+    /// Crimp height of the yarns [m].
+    height: [f32; 2],
+    /// Shear angle [rad].
+    shear_angle: f32,
+    /// Yarns that carry load.
+    alive: [bool; 2],
+}
+
+/// An element after the last step.
+#[derive(Clone, Copy, Debug)]
+struct Before<S> {
+    /// Heights of the yarns [m].
+    height: [S; 2],
+    /// Yarns that carry load.
+    alive: [bool; 2],
+}
+
+/// Unit cell of an element, solved at the positions of the frame as the next step would. Its size is over that of the finest; the displacements
+/// of its corners [m] are components of corners, counter-clockwise.
+fn read<S: Scalar, L: LawKernel>(
+    constants: &ElementConstants<S>,
+    [width, height]: [f64; 2],
+    corners: &[[S; 4]; 3],
+    before: Before<S>,
+) -> ElementReading {
+    let [was_warp, was_weft] = before.alive;
+    if !(was_warp || was_weft) {
+        return ElementReading::default();
+    }
+    let zero = S::splat(0.0);
+    let [ux, uy, uz] = each!(a in 3 => differences(&corners[a]));
+    let size = ElementGeometry::of_row(constants, height).of_columns(S::splat(width), S::splat(1.0 / width));
+    let k = kinematics(&size, [&ux, &uy, &uz]);
+    let cell = crossover::solve::<S, L>(&constants.cell, k.extension, before.height, was_warp && was_weft);
+    let yarn = &constants.cell.yarn;
+    let alive = before.alive;
+    let both = alive[0] && alive[1];
+    let free = [0, 1].map(|i| yarn[i].straight(k.extension[i]).max(zero));
+    let of_living = |i: usize, crossing: S, alone: S| match (alive[i], both) {
+        (true, true) => crossing.to_f64() as f32,
+        (true, false) => alone.to_f64() as f32,
+        _ => 0.0,
+    };
+    ElementReading {
+        tension: [0, 1].map(|i| of_living(i, cell.tension[i], yarn[i].stiffness * free[i])),
+        strain: [0, 1].map(|i| of_living(i, cell.strain[i], free[i])),
+        height: [0, 1].map(|i| of_living(i, cell.height[i], zero)),
+        shear_angle: if both { shear::arc_sine(k.sine).to_f64() as f32 } else { 0.0 },
+        alive,
+    }
+}
+
+/// Places in the whole along one axis of the ply.
 #[derive(Clone, Copy)]
 struct Images {
     first: usize,
@@ -281,7 +330,7 @@ struct Images {
 }
 
 impl Images {
-    /// Place, and that of the mirror image if it is another one, each with the sign of what points along the axis.
+    /// Place of a node or element of the part and, if it is another one, that of its mirror image, each with the sign of a component along the axis.
     fn of(self, at: usize) -> impl Iterator<Item = (usize, f32)> + Clone {
         let own = self.first + at;
         let image = self.sum.map(|sum| sum - own).filter(|image| *image != own);
@@ -289,12 +338,8 @@ impl Images {
     }
 }
 
-/// Along the ply's X and Y.
+/// Places of nodes (`last` = 0) or elements (`last` = 1) along the ply's X and Y.
 fn images(mesh: &Mesh, last: usize) -> [Images; 2] {
     let (whole, first) = (mesh.whole_counts(), mesh.first_in_whole());
     [0, 1].map(|a| Images { first: first[a], sum: (mesh.cut[a] != Cut::Nowhere).then_some(whole[a] - last) })
 }
-
-#[cfg(test)]
-#[path = "snapshot_tests.rs"]
-mod tests;

@@ -1,6 +1,7 @@
 //! Two steps of a scene on both backends from the same state, and everything that the parts of a step leave behind.
 
-mod ledger;
+mod elements;
+mod energy_balance;
 
 use nalgebra::Vector3;
 use ripstop::gpu::Device;
@@ -25,8 +26,6 @@ use super::scenes::{Scene, node_places};
 use super::tolerances::Scales;
 use crate::gpu::harness::Outcome;
 
-/// Cells of a scene that may need the safeguarded iteration on one backend alone.
-const SAFEGUARDED_ON_ONE: usize = 1;
 /// Steps compared: the second shows whether sums go on and warm starts are used.
 const STEPS: u64 = 2;
 /// Name of contact with the projectile in the table.
@@ -39,11 +38,11 @@ pub(crate) enum Part {
     Nodes,
     Plies,
     Contact,
-    Ledger,
+    EnergyBalance,
 }
 
 impl Part {
-    pub(crate) const ALL: [Self; 5] = [Self::Elements, Self::Nodes, Self::Plies, Self::Contact, Self::Ledger];
+    pub(crate) const ALL: [Self; 5] = [Self::Elements, Self::Nodes, Self::Plies, Self::Contact, Self::EnergyBalance];
 
     /// Whether a scene has it.
     fn is_in(self, scene: &Scene) -> bool {
@@ -52,7 +51,7 @@ impl Part {
             Self::Plies => scene.pack,
             Self::Contact => scene.model.projectile.is_some(),
             // Without a projectile the device never lets what may have moved grow: then nothing does, or all of it.
-            Self::Nodes | Self::Ledger => {
+            Self::Nodes | Self::EnergyBalance => {
                 let whole = |ply: usize| ActiveRegion::whole(&scene.model.ply_type(ply).mesh);
                 !scene.elements || scene.state.active.iter().enumerate().all(|(ply, reach)| *reach == whole(ply))
             }
@@ -64,11 +63,11 @@ impl Part {
         // In a pack both contacts would share the processor's sums of losses; whole shots hold their sum.
         let body = scene.model.projectile.is_some() && !scene.pack;
         let all = [
-            (Stage::Elements, self == Self::Elements || self == Self::Ledger && scene.elements),
+            (Stage::Elements, self == Self::Elements || self == Self::EnergyBalance && scene.elements),
             (Stage::Nodes, self != Self::Elements),
-            (Stage::Plies, self == Self::Plies || self == Self::Ledger && scene.pack),
-            (Stage::Projectile, self == Self::Contact || self == Self::Ledger && body),
-            (Stage::EnergyBalance, self == Self::Ledger),
+            (Stage::Plies, self == Self::Plies || self == Self::EnergyBalance && scene.pack),
+            (Stage::Projectile, self == Self::Contact || self == Self::EnergyBalance && body),
+            (Stage::EnergyBalance, self == Self::EnergyBalance),
         ];
         all.into_iter().filter_map(|(stage, has)| has.then_some(stage)).collect()
     }
@@ -238,72 +237,6 @@ impl<'a> Pair<'a> {
         self.see("step", quantity, [got.into(), expected, 1.0], || place.to_owned());
     }
 
-    /// Forces, heights and life of every element.
-    fn compare_elements(&mut self, got: &State<f32>) -> Outcome {
-        let (model, expected) = (&self.scene.model, self.expected.clone());
-        let Scales { force, height, failure_strain, viscous_force, .. } = self.scales;
-        let predictor = element::PREDICTOR..element::HEIGHT;
-        let mut safeguarded_on_one = 0;
-        for (row, column) in
-            (0..model.grid.element_rows()).flat_map(|row| (0..model.grid.columns).map(move |column| (row, column)))
-        {
-            let number = |state: &State<f32>, field| f64::from(state.elements.get(row, field, column + 1));
-            // A rounding decides whether Newton's steps end, or the safeguarded iteration, which predicts nothing.
-            let predicts = |state: &State<f32>| predictor.clone().any(|field| number(state, field) != 0.0);
-            let on_one = predicts(got) != predicts(&expected);
-            safeguarded_on_one += usize::from(on_one);
-            let size = |first: usize| force + Vector3::from([0, 1, 2].map(|a| number(&expected, first + a))).norm();
-            for field in (0..expected.elements.fields).filter(|field| !on_one || !predictor.contains(field)) {
-                let (quantity, scale) = match field {
-                    0..element::HOURGLASS => ("membrane force", size(field / 3 * 3)),
-                    element::HOURGLASS..element::PREDICTOR => ("hourglass force", size(element::HOURGLASS)),
-                    // The second half is not lengths but shares.
-                    _ if predictor.contains(&field) => {
-                        ("predicted height", if field < element::PREDICTOR + 2 { height } else { 1.0 })
-                    }
-                    // From one state: half of what whole runs may differ by.
-                    element::HEIGHT..element::ALIVE => ("yarn height", 0.5 * height),
-                    element::ALIVE..element::COUNT => ("yarn alive", 1.0),
-                    _ if field >= expected.elements.fields - element::STRAIN => {
-                        ("strain", failure_strain + number(&expected, field).abs())
-                    }
-                    _ => ("viscous force", viscous_force),
-                };
-                let numbers = [number(got, field), number(&expected, field), scale];
-                let place = || format!("step {}, row {row}, column {column}, field {field}", expected.step - 1);
-                self.seen.see("element_force", quantity, numbers, place);
-            }
-        }
-        let few = safeguarded_on_one <= SAFEGUARDED_ON_ONE;
-        few.then_some(()).ok_or_else(|| format!("{safeguarded_on_one} cells are safeguarded on one backend alone"))
-    }
-
-    /// Failures in the order of their places.
-    fn compare_failures(&mut self, words: &[u32]) -> Outcome {
-        let (grid, raw) = (self.scene.model.grid, self.read(BufferId::Events)?);
-        let mut got: Vec<&[u32]> = raw.chunks_exact(4).take(words[status::EVENTS] as usize).collect();
-        got.sort();
-        let place = |f: &FailureEvent| {
-            let row = f.ply as usize * grid.rows + f.j as usize;
-            [f.step as u32, (row * grid.columns) as u32 + f.i, u32::from(f.yarn)]
-        };
-        let expected: Vec<_> = self.failures.iter().map(|f| (place(f), f.strain.max(0.0))).collect();
-        let same = got.len() == expected.len() && got.iter().zip(&expected).all(|(g, e)| g[..3] == e.0);
-        self.see("element_force", "failures", [f64::from(u8::from(!same)), 0.0, 1.0], || {
-            format!("{} for {}", got.len(), expected.len())
-        });
-        for yarn in 0..2 {
-            let broken = expected.iter().filter(|e| e.0[2] == yarn as u32).count();
-            self.count("counters", words[status::FAILED + yarn], broken as f64, "failed");
-        }
-        for (g, (place, strain)) in got.iter().zip(&expected).filter(|_| same) {
-            // A yarn that has grown slack in the step in which it breaks has no strain.
-            let numbers = [f64::from(f32::from_bits(g[3])).max(0.0), *strain, self.scales.failure_strain + strain];
-            self.see("element_force", "failure strain", numbers, || format!("{place:?}"));
-        }
-        Ok(())
-    }
-
     /// Displacement and velocity of every node after a kernel, by their scales.
     fn compare_nodes(&mut self, got: &State<f32>, kernel: &str, scales: [f64; 2]) {
         let (model, expected) = (&self.scene.model, &self.expected);
@@ -342,25 +275,6 @@ impl<'a> Pair<'a> {
         }
         let many = f64::from(u8::from(beside * 50 > got.over.len()));
         self.seen.see("ply_contact", "cells", [many, 0.0, 1.0], || format!("{beside} cells beside"));
-        for place in node_places(model) {
-            let reach = &self.expected.active[place[0]];
-            if !(reach.rows.contains(&place[1]) && reach.columns.contains(&place[2])) {
-                let start = bits(model, &self.scene.state, place);
-                let same = [got, &self.expected].iter().all(|state| bits(model, state, place) == start);
-                self.seen.see("step", "untouched", [f64::from(u8::from(!same)), 0.0, 1.0], || format!("{place:?}"));
-            }
-        }
-    }
-
-    fn elements(&mut self) -> Outcome {
-        let words = self.read(BufferId::Status)?;
-        self.count("counters", words[status::UNCONVERGED], self.counts[1], "unconverged");
-        self.count("counters", words[status::BAD_STEP], u32::MAX.into(), "bad step");
-        self.compare_failures(&words)?;
-        let evaluations: u32 = self.read(BufferId::Flags)?.iter().map(|word| word >> 8).sum();
-        let numbers = [evaluations.into(), self.counts[0], self.counts[0].max(1.0)];
-        self.see("element_force", "evaluations", numbers, || "sum".into());
-        Ok(())
     }
 
     fn nodes(&mut self) -> Outcome {
@@ -430,7 +344,7 @@ impl<'a> Pair<'a> {
         let stages = part.stages(self.scene);
         for step in 0..STEPS {
             let slot = match part {
-                Part::Elements | Part::Ledger => (step > 0).then_some(1),
+                Part::Elements | Part::EnergyBalance => (step > 0).then_some(1),
                 Part::Nodes => Some(0),
                 Part::Plies | Part::Contact => None,
             };
@@ -457,7 +371,7 @@ impl<'a> Pair<'a> {
                     self.compare_nodes(&got, CONTACT, [way, closing[0]]);
                     self.compare_reach(&got, CONTACT);
                 }
-                Part::Ledger => {}
+                Part::EnergyBalance => {}
             }
         }
         match part {
@@ -465,7 +379,7 @@ impl<'a> Pair<'a> {
             Part::Nodes => self.nodes(),
             Part::Plies => Ok(()),
             Part::Contact => self.contact(),
-            Part::Ledger => self.ledger(),
+            Part::EnergyBalance => self.energy_balance(),
         }
     }
 }
@@ -484,32 +398,6 @@ pub(crate) fn differences(
     let mut pair = Pair::new(device, scene, &sources)?;
     parts.iter().try_for_each(|part| pair.compare(*part))?;
     Ok(pair.seen)
-}
-
-/// Contact between plies leaves the momentum of a free pack as it was, to the rounding of its nodes' velocities.
-pub(crate) fn keeps_momentum(device: &Device, scene: &Scene) -> Outcome {
-    let sources = |kernel: &Kernel| if Part::Plies.needs(kernel, scene) { kernel.source() } else { idle(kernel) };
-    let mut pair = Pair::new(device, scene, &sources)?;
-    pair.begin();
-    let info = pair.gpu.whole_step(scene.state.step, None, 1);
-    let run = |stage: Stage| -> Result<State<f32>, String> {
-        pair.gpu.run_stages(&info, &[stage]).map_err(|e| e.to_string())?;
-        pair.download()
-    };
-    let [before, after] = [run(Stage::Nodes)?, run(Stage::Plies)?];
-    let (mut change, mut given, mut rounding) = (Vector3::zeros(), 0.0, 0.0);
-    for place in node_places(&scene.model) {
-        let [(mass, old), (_, new)] = [&before, &after].map(|state| motion(&scene.model, state, place));
-        change += (new - old) * mass;
-        given += ((new - old) * mass).norm();
-        rounding += mass * new.norm() * f64::from(f32::EPSILON);
-    }
-    // Roundings of single nodes are of either sign and mostly cancel; all of one sign would be a leak.
-    if given < 1e4 * rounding || change.norm() > 0.5 * rounding {
-        let change = change.norm();
-        return Err(format!("momentum changes by {change:e}, of {given:e} exchanged; rounding is {rounding:e}"));
-    }
-    Ok(())
 }
 
 /// A number that is not finite stops everything after its step, on the spot.

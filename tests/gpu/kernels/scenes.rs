@@ -95,7 +95,6 @@ pub(super) fn element_scenes() -> Vec<Scene> {
     let mut graded_pack = packs::case([20, 17], &groups);
     grade(&mut graded_pack, [-2e-3, 3e-3], 4.0);
     out.extend([
-        deformed("plies of two fabrics", packs::case([7, 6], &groups), 3, 200),
         deformed("the first step of a part", patch::case(7, 6), 0, 201),
         deformed("graded plies of two fabrics", graded_pack, 3, 202),
     ]);
@@ -111,7 +110,7 @@ pub(super) fn element_scenes() -> Vec<Scene> {
 type Special = (&'static str, [usize; 2], u32, fn(&mut Case));
 
 /// Name, columns and rows, plies, change.
-const SPECIAL: [Special; 10] = [
+const SPECIAL: [Special; 9] = [
     ("only a part reached", [7, 6], 8, |_| {}),
     (WITHOUT_VISCOSITY, [7, 5], 8, |_| {}),
     ("graded", [13, 26], 8, |case| {
@@ -141,14 +140,9 @@ const SPECIAL: [Special; 10] = [
             yarn_strength: Some(YarnStrength { shape: 4.0, gauge_length: 1e-3, yarn_shape: Some(6.0) }),
         });
     }),
-    ("several workgroups of the ledger", [33, 35], 1, |case| {
+    ("several workgroups of the energy balance", [33, 35], 1, |case| {
         case.pack.edges.left = Edge::Roller;
         case.pack.edges.bottom = Edge::Clamped;
-    }),
-    ("warp alone, one row", [70, 1], 8, |case| {
-        (case.fabric.weft.present, case.fabric.weft.crimp) = (false, 0.0);
-        let edges = &mut case.pack.edges;
-        (edges.left, edges.right, edges.bottom) = (Edge::Clamped, Edge::Clamped, Edge::Roller);
     }),
 ];
 

@@ -1,0 +1,377 @@
+//! The pack: its plies, edges, mesh and initial state.
+
+use std::f64::consts::FRAC_PI_2;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Deserializer};
+use serde_json::Value;
+
+use super::error::short_number_text;
+use super::grading::{GradingKeys, GradingWord};
+use super::keys::{WordOr, choices};
+use super::provenance::Provenance;
+use super::{Accuracy, CaseError, Fabric, Grading, Numerics, Projectile, Solver, limits};
+
+/// Plies of a pack at most.
+pub(super) const MAX_PLIES: u32 = 64;
+/// List of groups of plies.
+pub(super) const LAYUP: &str = "/pack/layup";
+/// Where the mesh comes from.
+const MESH: &str = "numerics and accuracy: around a projectile's hit four elements per crossover (under a point six; converged: eight), \
+    graded beyond; where a bar strikes two (eight), even; one even element for the paper's numerics, no projectile, or several \
+    crossovers per element";
+/// Where a default of an edge comes from.
+const FRAME: &str = "a fixed frame, as in the paper";
+/// Elements along a side of a crossover around the hit.
+const FINE: u32 = 4;
+/// Elements along a side of a crossover where the result is to be converged.
+const CONVERGED: u32 = 8;
+/// Elements along a side of a crossover where a point strikes. A tip is held late where no node is under it; with four, oblique cones have
+/// limits 6 % below those with eight, with six 1 %.
+const UNDER_A_POINT: u32 = 6;
+/// Elements along a side of a crossover, on an even mesh, where a bar strikes: the fewest with which strips break within 15 % of the closed form.
+const ALONG_A_BAR: u32 = 2;
+
+/// The pack: plies and the frame that holds them.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[non_exhaustive]
+pub struct Pack {
+    /// Number of plies; with a layup the sum over it, which need not be given.
+    #[serde(default)]
+    #[schemars(range(min = 1, max = MAX_PLIES), extend("default" = 1, "source" = "a single ply", "or" = "/layup"))]
+    pub plies: u32,
+    /// Size along warp, rounded to whole elements [m].
+    #[schemars(rename = "width_mm", range(min = 1e-3, max = 1e5))]
+    pub(super) width: f64,
+    /// Size along weft, rounded to whole elements [m].
+    #[schemars(rename = "height_mm", range(min = 1e-3, max = 1e5))]
+    pub(super) height: f64,
+    /// How the sides are held.
+    #[serde(deserialize_with = "edges")]
+    #[schemars(with = "WordOr<Edge, Edges>", extend("default" = "clamped", "source" = FRAME))]
+    pub edges: Edges,
+    /// Crossovers along each side of an element.
+    #[schemars(range(min = 1, max = 64), extend("default" = 1, "source" = "the paper: one element per crossover"))]
+    pub crossovers_per_element: u32,
+    /// Elements along each side of a crossover, to refine the mesh.
+    #[serde(default)]
+    #[schemars(range(min = 1, max = 16), extend("derived" = MESH))]
+    pub elements_per_crossover: u32,
+    /// Elements that grow away from the hit; "graded" is an object without keys.
+    #[schemars(extend("derived" = MESH))]
+    pub(super) mesh_grading: Option<WordOr<GradingWord, GradingKeys>>,
+    /// Distance of neighbouring plies' mid-planes; in a layup by default the mean of the two thicknesses [m].
+    #[schemars(rename = "spacing_mm", range(min = 0, max = 100), extend("derived" = "the fabric's thickness_mm"))]
+    pub spacing: Option<f64>,
+    /// Coulomb coefficient between plies.
+    #[schemars(range(min = 0, max = 2), extend("default" = 0.2, "source" = "assumed: not published for this fabric"))]
+    pub friction: f64,
+    /// Initial membrane force of every ply, along its own yarns [N/m].
+    #[serde(deserialize_with = "pretension")]
+    #[schemars(with = "Pretension", extend("default" = {}))]
+    pub pretension: Option<[Option<f64>; 2]>,
+    /// Velocity of every free node [m/s].
+    #[schemars(rename = "initial_velocity_m_s", inner(range(min = -5000, max = 5000)))]
+    #[schemars(extend("default" = [0, 0, 0], "source" = "at rest"))]
+    pub initial_velocity: [f64; 3],
+    /// Initial amplitude·sin(mπX/width)·sin(nπY/height) of every ply, in its own axes.
+    #[schemars(extend("without" = "flat"))]
+    pub initial_deflection: Option<InitialDeflection>,
+    /// The plies in groups of consecutive ones, from the struck side, where they are not all alike.
+    #[serde(default)]
+    #[schemars(with = "Option<Vec<Layer>>", length(min = 1, max = MAX_PLIES))]
+    pub layup: Vec<Layer>,
+    /// Elements of the finest size along warp (X).
+    #[serde(skip)]
+    pub columns: usize,
+    /// Elements of the finest size along weft (Y).
+    #[serde(skip)]
+    pub rows: usize,
+    /// Undeformed length along warp of the finest elements [m].
+    #[serde(skip)]
+    pub element_length_x: f64,
+    /// Undeformed length along weft of the finest elements [m].
+    #[serde(skip)]
+    pub element_length_y: f64,
+    /// Growth of elements away from the hit; `None`: they are alike.
+    #[serde(skip)]
+    pub grading: Option<Grading>,
+}
+
+impl Pack {
+    /// Crossovers along a side of the finest elements.
+    pub(crate) fn crossovers_along_element(&self) -> f64 {
+        f64::from(self.crossovers_per_element) / f64::from(self.elements_per_crossover)
+    }
+}
+
+/// Consecutive plies that are alike.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[non_exhaustive]
+pub struct Layer {
+    /// Number of plies of this group.
+    #[schemars(range(min = 1, max = MAX_PLIES), extend("default" = 1, "source" = "a single ply"))]
+    pub plies: u32,
+    /// The fabric of these plies; a file is named relative to the case's folder.
+    #[schemars(extend("derived" = "the case's fabric"))]
+    pub fabric: Fabric,
+    /// Angle of the warp to the pack's X axis, towards Y. At a multiple of 90 the ply covers the pack's rectangle;
+    /// at any other angle it is cut along its yarns, width along warp and height along weft, then laid turned [rad].
+    #[schemars(rename = "orientation_deg", range(min = -360, max = 360))]
+    #[schemars(extend("default" = 0, "source" = "warp along the pack's X axis"))]
+    pub orientation: f64,
+    /// How the sides are held, in the ply's own axes; sides left out of an object are clamped.
+    #[serde(deserialize_with = "edges")]
+    #[schemars(with = "WordOr<Edge, Edges>", extend("derived" = "the pack's edges"))]
+    pub edges: Edges,
+    /// Velocity of every free node, in the pack's axes [m/s].
+    #[schemars(rename = "initial_velocity_m_s", inner(range(min = -5000, max = 5000)))]
+    #[schemars(extend("derived" = "the pack's initial_velocity_m_s"))]
+    pub initial_velocity: [f64; 3],
+    /// Elements of the finest size along warp.
+    #[serde(skip)]
+    pub columns: usize,
+    /// Elements of the finest size along weft.
+    #[serde(skip)]
+    pub rows: usize,
+    /// Undeformed length along warp of the finest elements [m].
+    #[serde(skip)]
+    pub element_length_x: f64,
+    /// Undeformed length along weft of the finest elements [m].
+    #[serde(skip)]
+    pub element_length_y: f64,
+    /// Growth of elements away from the hit; `None`: they are alike.
+    #[serde(skip)]
+    pub grading: Option<Grading>,
+}
+
+/// Keys of the initial membrane force.
+#[derive(Deserialize, JsonSchema)]
+struct Pretension {
+    /// Force along warp per width [N/m].
+    #[schemars(rename = "warp_n_per_m", range(min = 0, max = 1e7), extend("without" = "warp keeps its length"))]
+    warp: Option<f64>,
+    /// Force along weft per width [N/m].
+    #[schemars(rename = "weft_n_per_m", range(min = 0, max = 1e7), extend("without" = "weft keeps its length"))]
+    weft: Option<f64>,
+}
+
+fn pretension<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<[Option<f64>; 2]>, D::Error> {
+    let Pretension { warp, weft } = Pretension::deserialize(deserializer)?;
+    Ok((warp.is_some() || weft.is_some()).then_some([warp, weft]))
+}
+
+/// w = amplitude · sin(m π X/width) · sin(n π Y/height); 0 half waves along a direction: constant there.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[non_exhaustive]
+pub struct InitialDeflection {
+    /// Largest deflection [m].
+    #[schemars(rename = "amplitude_mm", range(min = -1000, max = 1000))]
+    pub amplitude: f64,
+    /// m; 0: constant along warp.
+    #[schemars(range(min = 0, max = 1000))]
+    pub warp_half_waves: u32,
+    /// n; 0: constant along weft.
+    #[schemars(range(min = 0, max = 1000))]
+    pub weft_half_waves: u32,
+}
+
+/// Boundary condition of each side; X runs left to right along warp, Y bottom to top along weft.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[non_exhaustive]
+pub struct Edges {
+    /// X = 0.
+    #[schemars(extend("default" = "clamped", "source" = FRAME))]
+    pub left: Edge,
+    /// X = width.
+    #[schemars(extend("default" = "clamped", "source" = FRAME))]
+    pub right: Edge,
+    /// Y = 0.
+    #[schemars(extend("default" = "clamped", "source" = FRAME))]
+    pub bottom: Edge,
+    /// Y = height.
+    #[schemars(extend("default" = "clamped", "source" = FRAME))]
+    pub top: Edge,
+}
+
+impl Edges {
+    /// Whether two opposite sides are clamped, so that the ply spans between them. A roller lets it move along its normal.
+    pub fn span(&self) -> bool {
+        [[self.left, self.right], [self.bottom, self.top]].contains(&[Edge::Clamped; 2])
+    }
+}
+
+choices! {
+    /// Boundary condition of one side.
+    pub enum Edge {
+        /// All displacements held.
+        Clamped = "clamped",
+        /// Nothing held.
+        Free = "free",
+        /// Displacement normal to the side held (symmetry plane).
+        Roller = "roller",
+    }
+}
+
+fn edges<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Edges, D::Error> {
+    Ok(match WordOr::<Edge, Edges>::deserialize(deserializer)? {
+        WordOr::Word(all) => Edges { left: all, right: all, bottom: all, top: all },
+        WordOr::Keys(edges) => edges,
+    })
+}
+
+/// Gives the groups of a layup what they do not say themselves; the document is complete but for that.
+pub(super) fn share_with_layup(document: &mut Value) {
+    let shared = ["edges", "initial_velocity"].map(|key| (key, document["pack"][key].clone()));
+    let fabric = ("fabric", document["fabric"].clone());
+    for group in document["pack"].get_mut("layup").and_then(Value::as_array_mut).into_iter().flatten() {
+        for (key, value) in
+            shared.iter().chain([&fabric]).filter(|(key, _)| group.get(key).is_none()).collect::<Vec<_>>()
+        {
+            group[key] = value.clone();
+        }
+    }
+}
+
+impl Pack {
+    pub(super) fn complete(
+        &mut self,
+        fabric: &Fabric,
+        projectile: Option<&Projectile>,
+        solver: &Solver,
+        record: &Provenance,
+    ) -> Result<(), CaseError> {
+        let bar = projectile.is_some_and(|p| p.shape.is_bar());
+        let finer = solver.numerics == Numerics::Default && self.crossovers_per_element == 1 && projectile.is_some();
+        if self.elements_per_crossover == 0 {
+            self.elements_per_crossover = match (finer, solver.accuracy) {
+                (false, _) => 1,
+                (true, Accuracy::Default) if bar => ALONG_A_BAR,
+                (true, Accuracy::Default) if projectile.is_some_and(|p| p.shape.is_pointed()) => UNDER_A_POINT,
+                (true, Accuracy::Default) => FINE,
+                (true, Accuracy::Converged) => CONVERGED,
+            };
+            record.derive_text("/pack/elements_per_crossover", self.elements_per_crossover, "", false);
+        }
+        let (size, side) = ([self.width, self.height], self.crossovers_along_element());
+        ([self.columns, self.rows], [self.element_length_x, self.element_length_y]) =
+            mesh("/pack", fabric, size, side, record)?;
+        for (index, layer) in self.layup.iter_mut().enumerate() {
+            layer.complete(&format!("{LAYUP}/{index}"), fabric, size, side, record)?;
+        }
+        self.complete_plies(record)?;
+        if self.spacing.is_none() {
+            derive_spacing(fabric, &self.layup, record);
+        }
+        let thickness = self.layup.iter().map(|layer| layer.fabric.thickness);
+        let thickest = thickness.reduce(f64::max).unwrap_or(fabric.thickness);
+        let depth = f64::from(self.plies - 1) * self.spacing.unwrap_or(thickest);
+        // A bar meets whole rows of nodes, and sends waves along the whole of the strip: its mesh is even.
+        let grading = GradingKeys::grading(self.mesh_grading, finer && !bar, projectile, side, record)?;
+        self.grading = grading.map(|grading| grading.through(depth, size, projectile));
+        self.layup.iter_mut().for_each(|layer| layer.grading = self.grading);
+        Ok(())
+    }
+
+    /// Completes the number of plies: the sum over a layup.
+    fn complete_plies(&mut self, record: &Provenance) -> Result<(), CaseError> {
+        if self.layup.is_empty() {
+            return Ok(());
+        }
+        let sum: u32 = self.layup.iter().map(|layer| layer.plies).sum();
+        if sum > MAX_PLIES {
+            let expected = format!("at most {MAX_PLIES} plies over all groups");
+            return Err(CaseError::at(LAYUP, expected, format!("{sum} plies")));
+        }
+        if self.plies == 0 {
+            record.derive_text("/pack/plies", sum, "the sum over the layup", false);
+        } else if self.plies != sum {
+            let expected = format!("{sum}, the sum of the plies of {LAYUP}");
+            let error = CaseError::at("/pack/plies", expected, self.plies.to_string());
+            return Err(error.help("leave \"plies\" out: the layup says how many there are"));
+        }
+        self.plies = sum;
+        Ok(())
+    }
+}
+
+impl Layer {
+    /// Completes the group at a pointer; `side` is the number of crossovers along the side of an element.
+    fn complete(
+        &mut self,
+        at: &str,
+        common: &Fabric,
+        size: [f64; 2],
+        side: f64,
+        record: &Provenance,
+    ) -> Result<(), CaseError> {
+        if record.has(&format!("{at}/fabric/name")) {
+            self.fabric.complete(&format!("{at}/fabric"), record)?;
+        } else {
+            record.derive_text(&format!("{at}/fabric"), &common.name, "", false);
+            self.fabric = common.clone();
+        }
+        for key in ["edges", "initial_velocity_m_s"] {
+            let (own, above) = (format!("{at}/{key}"), format!("/pack/{key}"));
+            if record.values_below(&own).is_empty() {
+                record.derive_text(&own, record.values_below(&above), "", record.is_any_assumed(&above));
+            }
+        }
+        let size = if lies_across(self.orientation) { [size[1], size[0]] } else { size };
+        ([self.columns, self.rows], [self.element_length_x, self.element_length_y]) =
+            mesh(at, &self.fabric, size, side, record)?;
+        Ok(())
+    }
+}
+
+/// Whether the warp lies along the pack's Y axis: then the ply's own width is the pack's height.
+fn lies_across(orientation: f64) -> bool {
+    let quarters = orientation / FRAC_PI_2;
+    let whole = quarters.round();
+    // Degrees become radians with a rounding error.
+    (quarters - whole).abs() < 1e-9 && whole.rem_euclid(2.0) == 1.0
+}
+
+/// Columns and rows, and the element lengths [m], for a size [m]: of the pack or of a group of its plies; `side` is the
+/// number of crossovers along the side of an element.
+fn mesh(
+    at: &str,
+    fabric: &Fabric,
+    size: [f64; 2],
+    side: f64,
+    record: &Provenance,
+) -> Result<([usize; 2], [f64; 2]), CaseError> {
+    let length = [&fabric.warp, &fabric.weft].map(|yarn| side * 2.0 * yarn.half_span());
+    // Finer meshes cover the same cloth: whole crossovers.
+    let fine = (1.0 / side).round().max(1.0) as usize;
+    let count = limits::mesh(at, size, length, fine)?;
+    let how = "the size over the element length, to the nearest whole number of crossovers";
+    for (name, count) in [("columns", count[0]), ("rows", count[1])] {
+        record.derive_text(&format!("{at}/{name}"), count, how, false);
+    }
+    Ok((count, length))
+}
+
+/// Records the spacing that follows from the thicknesses of neighbouring plies.
+fn derive_spacing(fabric: &Fabric, layup: &[Layer], record: &Provenance) {
+    let (at, common) = ("/pack/spacing_mm", "/fabric/thickness_mm");
+    if layup.is_empty() {
+        record.derive(at, fabric.thickness, "", record.is_assumed(common));
+        return;
+    }
+    let assumed = (0..layup.len()).any(|index| {
+        let own = format!("{LAYUP}/{index}{common}");
+        record.is_assumed(if record.has(&own) { &own } else { common })
+    });
+    let within = layup.iter().filter(|layer| layer.plies > 1 || layup.len() == 1).map(|layer| layer.fabric.thickness);
+    let between = layup.windows(2).map(|pair| 0.5 * (pair[0].fabric.thickness + pair[1].fabric.thickness));
+    let spacings = within.chain(between);
+    let (least, most) = spacings.fold((f64::INFINITY, 0.0_f64), |(least, most), s| (least.min(s), most.max(s)));
+    let how = "the mean of the thickness_mm of the two plies";
+    if least == most {
+        record.derive(at, least, how, assumed);
+    } else {
+        let [least, most] = [least, most].map(|spacing| short_number_text(spacing * 1e3));
+        record.derive_text(at, format!("{least} to {most}"), how, assumed);
+    }
+}

@@ -1,0 +1,241 @@
+//! Attachment of torn fabric: the pieces that a ply is in, which of them are attached, and the largest deflection of those.
+//!
+//! A piece is attached where it reaches a held edge of its ply; of a ply without one, where it is at least half of the ply. Debris flies
+//! ahead of the fabric that it came from, and its deflection must not count. The pieces follow from the whole state, which is too much for
+//! every sample. Before anything is detached every sample counts; so the state is looked at from time to time, and pieces never grow
+//! together again. From the first detached piece on, deflections are measured at these looks alone.
+
+use serde::{Deserialize, Serialize};
+
+use crate::case::{Case, Edge, Edges};
+use crate::model::Model;
+use crate::model::mesh::Mesh;
+use crate::model::mesh::corners;
+use crate::num::scalar::Scalar;
+use crate::physics::mirror_planes::Cut;
+use crate::solver::energy_balance::PlyMoment;
+use crate::solver::state::State;
+
+/// Least share of a ply without a held edge that is still the ply, and no debris of it [-].
+const SUBSTANTIAL: f64 = 0.5;
+/// Looks between the start and the end time.
+const LOOKS: f64 = 80.0;
+
+/// Root node of the piece of every node of a ply, row by row. An unbroken yarn links the nodes before an element with those behind it, on
+/// both sides of the element: across the yarn it resists nothing.
+fn pieces<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize) -> Vec<usize> {
+    let (mesh, first) = (&model.ply_type(ply).mesh, model.grid.first_element_row(ply));
+    let stride = mesh.columns + 1;
+    // A forest: each node points to another of its piece, the root to itself.
+    let mut parent: Vec<u32> = (0..(stride * (mesh.rows + 1)) as u32).collect();
+    for (row, column) in (0..mesh.rows).flat_map(|row| (0..mesh.columns).map(move |column| (row, column))) {
+        let [a, b, c, d] = corners([row, column]).map(|(row, column)| row * stride + column);
+        for (yarn, links) in [[[a, b], [d, c]], [[a, d], [b, c]]].into_iter().enumerate() {
+            for link in links.into_iter().filter(|_| state.alive(first + row, column, yarn)) {
+                let [one, other] = link.map(|node| root(&mut parent, node));
+                parent[one.max(other)] = one.min(other) as u32;
+            }
+        }
+    }
+    (0..parent.len()).map(|node| root(&mut parent, node)).collect()
+}
+
+/// Root of the piece of a node. Shortens the way to it, else long yarns make long ways.
+fn root(parent: &mut [u32], mut node: usize) -> usize {
+    while parent[node] as usize != node {
+        parent[node] = parent[parent[node] as usize];
+        node = parent[node] as usize;
+    }
+    node
+}
+
+/// Whether the piece of fabric of a node (row, column) can hold a projectile that flies at `speed` along the normal [m/s].
+pub(crate) fn supporting<S: Scalar>(
+    model: &Model<S>,
+    state: &State<S>,
+    ply: usize,
+    speed: f64,
+) -> impl Fn(usize, usize) -> bool {
+    let (ply_type, roots) = (model.ply_type(ply), pieces(model, state, ply));
+    let stride = ply_type.mesh.columns + 1;
+    let hold = match held_sides(&ply_type.mesh, ply_type.edges) {
+        [false, false, false, false] => are_the_ply(model, state, ply, &roots, speed),
+        sides => reach_a_side(&ply_type.mesh, sides, &roots),
+    };
+    move |row, column| hold[roots[row * stride + column]]
+}
+
+/// Attached fabric of a ply.
+pub(crate) struct Attached {
+    /// Largest deflection of it [m].
+    pub(crate) deflection: f64,
+    /// Some other fabric of the ply is detached.
+    pub(crate) debris: bool,
+}
+
+/// Attached fabric of a ply.
+pub(crate) fn attached<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize) -> Attached {
+    let (mesh, grid) = (&model.ply_type(ply).mesh, &model.grid);
+    let (nodes, elements) = (grid.first_node_row(ply), grid.first_element_row(ply));
+    // Almost always the ply is one piece.
+    if is_unbroken(model, state, ply) {
+        let all = (0..=mesh.rows).flat_map(|row| (0..=mesh.columns).map(move |column| (row, column)));
+        let deflections = all.map(|(row, column)| state.displacement(nodes + row, column)[2].abs());
+        return Attached { deflection: deflections.fold(0.0, f64::max), debris: false };
+    }
+    let holds = supporting(model, state, ply, f64::INFINITY);
+    let mut found = Attached { deflection: 0.0, debris: false };
+    for (row, column) in (0..mesh.rows).flat_map(|row| (0..mesh.columns).map(move |column| (row, column))) {
+        for (row, column) in corners([row, column]).into_iter().filter(|_| state.is_intact(elements + row, column)) {
+            found.debris |= !holds(row, column);
+            if holds(row, column) {
+                found.deflection = found.deflection.max(state.displacement(nodes + row, column)[2].abs());
+            }
+        }
+    }
+    found
+}
+
+/// Whether no yarn of a ply is broken anywhere. One that the fabric does not have links nothing, and counts as broken.
+fn is_unbroken<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize) -> bool {
+    let (mesh, first) = (&model.ply_type(ply).mesh, model.grid.first_element_row(ply));
+    let is_whole = |row: usize, yarn| (0..mesh.columns).all(|column| state.alive(row, column, yarn));
+    (first..first + mesh.rows).all(|row| is_whole(row, 0) && is_whole(row, 1))
+}
+
+/// Whether the ply is held across its left, right, bottom and top side. A mirror plane does not, nor does the symmetry
+/// plane of a roller: behind it the image of a piece reaches the images of the edges that the piece itself reaches.
+fn held_sides(mesh: &Mesh, edges: Edges) -> [bool; 4] {
+    let [x, y] = mesh.cut;
+    let sides = [
+        (x == Cut::First, edges.left),
+        (x == Cut::Last, edges.right),
+        (y == Cut::First, edges.bottom),
+        (y == Cut::Last, edges.top),
+    ];
+    sides.map(|(cut, edge)| !cut && edge == Edge::Clamped)
+}
+
+/// Mass of the whole pack [kg] and its momentum along the normal at the start [N·s], if no side of any of its plies is held.
+pub(crate) fn free_pack<S: Scalar>(model: &Model<S>) -> Option<[f64; 2]> {
+    (0..model.plies.len()).try_fold([0.0; 2], |[mass, momentum], ply| {
+        let ply_type = model.ply_type(ply);
+        let more = ply_type.areal_density * ply_type.mesh.whole_size().iter().product::<f64>();
+        let held = held_sides(&ply_type.mesh, ply_type.edges).contains(&true);
+        (!held).then_some([mass + more, momentum + more * ply_type.initial_velocity[2]])
+    })
+}
+
+/// Whether the piece of each root reaches one of these sides.
+fn reach_a_side(mesh: &Mesh, [left, right, bottom, top]: [bool; 4], roots: &[usize]) -> Vec<bool> {
+    let mut reach = vec![false; roots.len()];
+    for (node, root) in roots.iter().enumerate() {
+        let (row, column) = (node / (mesh.columns + 1), node % (mesh.columns + 1));
+        reach[*root] |= (left && column == 0)
+            || (right && column == mesh.columns)
+            || (bottom && row == 0)
+            || (top && row == mesh.rows);
+    }
+    reach
+}
+
+/// Whether the piece of each root of a ply without a held edge has with its mirror images at least half of the mass of the ply, and is not
+/// faster than `speed` along the normal [m/s].
+fn are_the_ply<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize, roots: &[usize], speed: f64) -> Vec<bool> {
+    let ply_type = model.ply_type(ply);
+    let mesh = &ply_type.mesh;
+    let (mut mass, mut momentum) = (vec![0.0; roots.len()], vec![0.0; roots.len()]);
+    // Whether it reaches the mirror plane across X, across Y: what does is one with its image.
+    let mut reaches = vec![[false; 2]; roots.len()];
+    for (node, root) in roots.iter().enumerate() {
+        let (row, column) = (node / (mesh.columns + 1), node % (mesh.columns + 1));
+        let part = ply_type.row_mass(row).mass[column].to_f64();
+        mass[*root] += part;
+        momentum[*root] += part * state.velocity(model.grid.first_node_row(ply) + row, column)[2];
+        for (reach, cut) in reaches[*root].iter_mut().zip(mesh.cut_across(row, column)) {
+            *reach |= cut;
+        }
+    }
+    let copies: f64 = mesh.cut.iter().map(|cut| if *cut == Cut::Nowhere { 1.0 } else { 2.0 }).product();
+    let whole = copies * mass.iter().sum::<f64>();
+    let holds = |root: usize| {
+        let images: f64 = reaches[root].iter().map(|reaches| if *reaches { 2.0 } else { 1.0 }).product();
+        images * mass[root] >= SUBSTANTIAL * whole && momentum[root] <= mass[root] * speed
+    };
+    (0..roots.len()).map(holds).collect()
+}
+
+/// Largest deflection of each ply so far, of attached fabric.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Deflections {
+    plies: Vec<Largest>,
+    /// Looks taken or missed so far.
+    looks: u64,
+}
+
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+struct Largest {
+    /// Up to the last look [m].
+    known: f64,
+    /// Largest of the samples since then [m].
+    since: f64,
+    /// A piece is detached.
+    debris: bool,
+}
+
+impl Deflections {
+    pub(crate) fn new(plies: usize) -> Self {
+        Self { plies: vec![Largest::default(); plies], looks: 0 }
+    }
+
+    /// Plies.
+    pub(crate) fn plies(&self) -> usize {
+        self.plies.len()
+    }
+
+    /// Whether a look is due before the step from `time` [s]. Time alone decides, so that every backend looks at the same states.
+    pub(crate) fn is_due(&self, case: &Case, time: f64, dt: f64) -> bool {
+        case.projectile.is_some() && time >= self.looks as f64 * (case.solver.end_time / LOOKS) - 0.5 * dt
+    }
+
+    /// Takes the deflections of a sample, debris included.
+    pub(crate) fn sample(&mut self, plies: &[PlyMoment]) {
+        for (own, ply) in self.plies.iter_mut().zip(plies).filter(|(own, _)| !own.debris) {
+            own.since = own.since.max(ply.deflection);
+        }
+    }
+
+    /// Looks at the attached fabric at `time` [s], of plies with failures alone.
+    pub(crate) fn look(
+        &mut self,
+        case: &Case,
+        time: f64,
+        dt: f64,
+        failed: &[[u64; 2]],
+        attached: impl Fn(usize) -> Attached,
+    ) {
+        while self.is_due(case, time, dt) {
+            self.looks += 1;
+        }
+        for (ply, own) in self.plies.iter_mut().enumerate() {
+            if failed[ply] != [0; 2] {
+                let found = attached(ply);
+                own.debris |= found.debris;
+                own.known = own.known.max(found.deflection);
+            }
+            if !own.debris {
+                own.known = own.known.max(own.since);
+            }
+            own.since = 0.0;
+        }
+    }
+
+    /// The largest of each ply [m].
+    pub(crate) fn largest(&self) -> Vec<f64> {
+        self.plies.iter().map(|ply| if ply.debris { ply.known } else { ply.known.max(ply.since) }).collect()
+    }
+}
+
+#[cfg(test)]
+#[path = "attachment_tests.rs"]
+mod tests;

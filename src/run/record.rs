@@ -1,0 +1,379 @@
+//! Record of a run so far, and the times of its samples: the part of the host loop that every backend shares.
+//!
+//! Here, and only here, the part of a scene that mirror planes leave becomes the whole again: what comes in is of the part, what goes into
+//! history, events and counts is of the whole.
+
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+use tracing::info;
+
+use super::attachment::{self, Deflections};
+use super::outcome::{self, Outcome, Tracker};
+use super::{Observer, PlySample, Progress, Run, RunScalar, Sample, Skips, profile};
+use crate::case::{Case, RunUntil};
+use crate::model::Model;
+use crate::num::scalar::Scalar;
+use crate::physics::mirror_planes::MirrorPlanes;
+use crate::physics::rigid_body::RigidBody;
+use crate::solver::energy_balance::{EnergyBalance, PlyMoment};
+use crate::solver::state::Given;
+use crate::solver::state::State;
+use crate::solver::{self, FailureEvent, StepTotals};
+
+/// Rounding allowed in comparing times, in steps.
+const SLACK: f64 = 1e-6;
+/// Least time between two closer looks at the fabric that covers the projectile, which take the whole state [s].
+const LOOKS: f64 = 10e-6;
+
+/// Velocity [m/s] and position [m] of the projectile.
+pub(crate) type Flight = (Vector3<f64>, Vector3<f64>);
+
+/// Record of a run so far.
+#[derive(Clone, Serialize, Deserialize)]
+pub(crate) struct RunRecord {
+    /// Results so far; residuals in newtons and counts of the part that is computed until the end.
+    pub(crate) run: Run,
+    pub(crate) balance: EnergyBalance,
+    /// Energy and momentum of the start, which the first sample takes.
+    #[serde(skip)]
+    pub(crate) given: Given,
+    /// Residual evaluations, and unit cells solved.
+    pub(crate) evaluations: [f64; 2],
+    /// Failed warps and wefts of each ply.
+    failed: Vec<[u64; 2]>,
+    pub(crate) eroded: u64,
+    deflections: Deflections,
+    tracker: Option<Tracker>,
+    /// The projectile has touched the fabric.
+    touched: bool,
+    /// The outcome that the case asks for is known.
+    decided: bool,
+}
+
+impl RunRecord {
+    /// Record of a run that begins with this projectile.
+    pub(crate) fn new<S: Scalar>(model: &Model<S>, body: Option<&RigidBody>, skips: Skips) -> Self {
+        let copies = model.planes.copies() as f64;
+        let areal_density = model.plies.iter().map(|ply| model.ply_types[ply.ply_type].areal_density).sum();
+        let free = attachment::free_pack(model);
+        let run = Run {
+            impact_energy: body.map_or(0.0, RigidBody::kinetic_energy) * copies,
+            plies: model.plies.len(),
+            elements: model.whole_elements(),
+            planes: model.planes,
+            skips,
+            time_step: model.dt,
+            ..Run::default()
+        };
+        Self {
+            run,
+            balance: EnergyBalance::of_part(model.planes),
+            given: Given::default(),
+            evaluations: [0.0; 2],
+            failed: vec![[0; 2]; model.plies.len()],
+            eroded: 0,
+            deflections: Deflections::new(model.plies.len()),
+            tracker: body.map(|b| Tracker::new(b, b.mass * copies, areal_density, free)),
+            touched: false,
+            decided: false,
+        }
+    }
+
+    /// Whether it can be the record of a run of this model that has taken a step: every place in it exists.
+    pub(crate) fn fits<S: Scalar>(&self, model: &Model<S>) -> bool {
+        let place = |event: &FailureEvent| {
+            let ply = event.ply as usize;
+            let mesh = (ply < model.plies.len()).then(|| &model.ply_type(ply).mesh);
+            mesh.is_some_and(|mesh| (event.i as usize) < mesh.columns && (event.j as usize) < mesh.rows)
+                && event.yarn < 2
+        };
+        let plies = model.plies.len();
+        [self.failed.len(), self.deflections.plies(), self.run.plies] == [plies; 3]
+            && self.tracker.is_some() == model.projectile.is_some()
+            && (self.run.planes, self.run.elements) == (model.planes, model.whole_elements())
+            && self.run.time_step.to_bits() == model.dt.to_bits()
+            && !self.run.history.is_empty()
+            && self.run.events.iter().all(place)
+    }
+
+    /// Whether something other than time ends the run.
+    pub(crate) fn is_over(&self) -> bool {
+        self.run.interrupted || self.is_over_uninterrupted()
+    }
+
+    /// Whether something other than time or the user ends the run.
+    pub(crate) fn is_over_uninterrupted(&self) -> bool {
+        self.run.divergence.is_some() || self.decided || self.run.lost.is_some()
+    }
+
+    /// Whether the step from the positions at `time` [s] is sampled.
+    pub(crate) fn sample_due(&self, case: &Case, time: f64) -> bool {
+        let last = self.run.history.last().map(|sample| sample.time);
+        sample_due(case, last, time, self.run.time_step) || self.run.interrupted || self.run.divergence.is_some()
+    }
+
+    fn profile_due(&self, case: &Case, time: f64) -> bool {
+        let next = case.output.profile_times.get(self.run.profiles.len());
+        next.is_some_and(|due| time >= due - 0.5 * self.run.time_step)
+    }
+
+    fn deflection_due(&self, case: &Case, time: f64) -> bool {
+        self.deflections.is_due(case, time, self.run.time_step)
+    }
+
+    /// Whether the record wants the state before the step from `time` [s].
+    pub(crate) fn state_due(&self, case: &Case, time: f64) -> bool {
+        self.profile_due(case, time) || self.deflection_due(case, time)
+    }
+
+    /// Whether the state itself is needed for that: fabric without failures is attached.
+    pub(crate) fn needs_state(&self, case: &Case, time: f64) -> bool {
+        self.profile_due(case, time) || self.failed() != [0; 2]
+    }
+
+    /// Takes what is due of the state before the step from `time` [s], and shows it to the observer where that is due.
+    pub(crate) fn read_state<S: RunScalar>(
+        &mut self,
+        model: &Arc<Model<S>>,
+        state: &State<S>,
+        case: &Case,
+        observer: &mut dyn Observer,
+        time: f64,
+    ) {
+        let dt = self.run.time_step;
+        if self.profile_due(case, time) {
+            self.run.profiles.push(profile::take(model, state, case, time));
+        }
+        if self.deflection_due(case, time) {
+            self.deflections.look(case, time, dt, &self.failed, |ply| attachment::attached(model, state, ply));
+        }
+        if observer.snapshot_due(time, dt) {
+            observer.on_snapshot(&S::view(model, state));
+        }
+    }
+
+    /// Adds the totals and failures of one step.
+    pub(crate) fn add_step(&mut self, totals: &StepTotals, failures: &[FailureEvent]) {
+        let run = &mut self.run;
+        self.evaluations[0] += totals.iterations;
+        self.evaluations[1] += totals.solved;
+        run.newton.unconverged += totals.unconverged;
+        run.newton.max_residual = run.newton.max_residual.max(totals.max_residual);
+        run.max_penetration = run.max_penetration.max(totals.penetration);
+        run.max_ply_penetration = run.max_ply_penetration.max(totals.ply_penetration);
+        run.element_steps_computed += totals.computed;
+        self.eroded += totals.eroded;
+        self.add_failures(failures);
+    }
+
+    /// Adds yarn failures to the list and to the counts.
+    pub(crate) fn add_failures(&mut self, failures: &[FailureEvent]) {
+        if let (true, Some(first)) = (self.run.events.is_empty(), failures.first()) {
+            let FailureEvent { step, ply, i: column, j: row, yarn, strain } = first;
+            let yarn = ["warp", "weft"][usize::from(*yarn)];
+            info!(step, ply, column, row, yarn, strain, "first yarn failed");
+        }
+        for f in failures {
+            self.failed[f.ply as usize][usize::from(f.yarn)] += self.run.planes.copies();
+        }
+        self.run.events.extend_from_slice(failures);
+    }
+
+    /// Failed warps and wefts.
+    fn failed(&self) -> [u64; 2] {
+        [0, 1].map(|yarn| self.failed.iter().map(|ply| ply[yarn]).sum())
+    }
+
+    /// Progress at `time` [s], after `steps` steps.
+    pub(crate) fn progress(&self, case: &Case, time: f64, steps: u64) -> Progress {
+        Progress {
+            time,
+            end_time: case.solver.end_time,
+            velocity: self.run.history.last().map_or(0.0, |sample| sample.projectile_velocity),
+            failed: self.failed().iter().sum(),
+            steps,
+            elements: self.run.elements,
+        }
+    }
+
+    /// Adds a row to the history at `time` [s] from the last sample of the energy balance, and follows the projectile: after the step, and what
+    /// it was before. `covered`: whether intact fabric of a ply lies ahead of it. True where a closer [`look`](Self::look) is due.
+    #[must_use]
+    pub(crate) fn sample(
+        &mut self,
+        case: &Case,
+        time: f64,
+        body: Option<(&RigidBody, Flight)>,
+        covered: impl Fn(&RigidBody, usize) -> bool,
+    ) -> bool {
+        let (failed, copies, dt) = (self.failed(), self.run.planes.copies(), self.run.time_step);
+        if self.run.history.is_empty() {
+            self.balance.begin(self.given);
+        }
+        let impulse = Vector3::from(std::mem::take(&mut self.balance.contact_impulse));
+        let impulse = self.run.planes.whole(impulse);
+        let (balance, plies) = (self.balance.balance(), self.balance.plies());
+        let before = self.run.history.last().copied();
+        let last = before.unwrap_or_default();
+        let mut row = Sample {
+            time,
+            balance: balance.times(copies as f64),
+            failed,
+            eroded: self.eroded * copies,
+            deflection: plies.iter().map(|ply| ply.deflection).fold(0.0, f64::max),
+            last_deflection: plies.last().map_or(0.0, |ply| ply.deflection),
+            perforated_plies: last.perforated_plies,
+            ..Sample::default()
+        };
+        let since = time - last.time;
+        if !self.touched && impulse != Vector3::zeros() {
+            self.touched = true;
+            info!(time_us = time * 1e6, "first contact");
+        }
+        if let Some((body, (velocity, position))) = body {
+            // The mean of the half-step velocities around this time; at the very start, the velocity given.
+            let now = if before.is_none() { velocity } else { (velocity + body.velocity) * 0.5 };
+            row.projectile_velocity = now.dot(&body.flight);
+            row.projectile_displacement = (position - body.start).dot(&body.flight);
+            row.contact_force = impulse.dot(&body.flight) / if since > 0.0 { since } else { dt };
+            if body.velocity.z > 0.0 {
+                let torn = self.failed.iter().enumerate().filter(|(_, failed)| failed[0] + failed[1] > 0);
+                let through = self.tracker.as_ref().is_some_and(|tracker| tracker.outcome == Outcome::Perforated);
+                row.perforated_plies = torn.filter(|(ply, _)| through || !covered(body, *ply)).count() as u32;
+            }
+        }
+        self.deflections.sample(plies);
+        let run = &mut self.run;
+        run.energy_error = run.energy_error.max(balance.error.abs());
+        if balance.gained.abs() > run.energy_gained.abs() {
+            run.energy_gained = balance.gained;
+        }
+        run.momentum_error = run.momentum_error.max(balance.momentum_error);
+        if plies.len() > 1 {
+            let whole = |moment: &PlyMoment| PlyMoment {
+                kinetic: moment.kinetic * copies as f64,
+                stored: moment.stored * copies as f64,
+                deflection: moment.deflection,
+            };
+            let rows = plies.iter().zip(&self.failed).enumerate();
+            let row =
+                rows.map(|(ply, (moment, failed))| PlySample { time, ply, moment: whole(moment), failed: *failed });
+            run.ply_history.extend(row);
+        }
+        run.history.push(row);
+        let (Some(tracker), Some((body, _))) = (&mut self.tracker, body) else { return false };
+        let any = || (0..self.failed.len()).any(|ply| covered(body, ply));
+        tracker.update(time, body, impulse.norm(), self.touched || failed[0] + failed[1] > 0, any);
+        let in_doubt = tracker.in_doubt;
+        self.decide(case);
+        in_doubt && look_due(case, before.map(|sample| sample.time), time, dt)
+    }
+
+    /// Whether a closer look may be due after the step from `time` [s], as far as samples are known: never wrongly not, so that a device can be
+    /// asked to wait there. `last`: time of the last sample.
+    pub(crate) fn may_look(&self, case: &Case, last: Option<f64>, time: f64) -> bool {
+        look_due(case, last, time, self.run.time_step)
+            && self.tracker.as_ref().is_some_and(|tracker| tracker.may_be_quiet(time))
+    }
+
+    /// Takes a closer look at the fabric that covers the projectile, in the state after the last sample.
+    pub(crate) fn look<S: Scalar>(&mut self, case: &Case, model: &Model<S>, state: &State<S>) {
+        let (Some(tracker), Some(row), Some(body)) = (&mut self.tracker, self.run.history.last_mut(), &state.body)
+        else {
+            return;
+        };
+        let held = |speed: f64| (0..self.failed.len()).any(|ply| outcome::is_held(model, state, body, ply, speed));
+        tracker.look(row.time, body, held);
+        if tracker.outcome == Outcome::Perforated {
+            row.perforated_plies = self.failed.iter().filter(|failed| **failed != [0; 2]).count() as u32;
+        }
+        self.decide(case);
+    }
+
+    /// Ends the run with the last sample, if that is the one asked for.
+    fn decide(&mut self, case: &Case) {
+        let Some(tracker) = &self.tracker else { return };
+        let asked = match case.solver.run_until {
+            RunUntil::Outcome => tracker.outcome != Outcome::Running,
+            RunUntil::Separation => tracker.outcome == Outcome::Perforated || tracker.separated,
+            RunUntil::EndTime => false,
+        };
+        let decided = asked && self.run.skips.outcome;
+        if decided && !self.decided {
+            let time = self.run.history.last().map_or(0.0, |sample| sample.time);
+            info!(time_us = time * 1e6, outcome = tracker.outcome.word(), "outcome known");
+        }
+        self.decided |= decided;
+    }
+
+    /// Takes note of where and how the run diverged.
+    pub(crate) fn diagnose<S: Scalar>(&mut self, model: &Model<S>, state: &State<S>, excess: (&str, f64)) {
+        let available = self.balance.accounted_energy();
+        self.run.divergence = Some(solver::divergence::diagnose(model, state, excess, available));
+    }
+
+    /// Results after `steps` steps; what computed them is left to the backend.
+    pub(crate) fn finish<S: Scalar>(self, model: &Model<S>, steps: u64, loop_seconds: f64) -> Run {
+        info!(steps, seconds = loop_seconds, failed_yarns = self.failed().iter().sum::<u64>(), "loop ended");
+        let present = model.ply_types.iter().flat_map(|s| (0..2).filter(|i| s.present[*i]).map(|i| &s.cell.yarn[i]));
+        let breaking = present.map(|yarn| yarn.stiffness * yarn.failure_strain.min(1.0));
+        let weakest = breaking.fold(f64::INFINITY, f64::min);
+        let history = &self.run.history;
+        let internal = history.iter().map(|sample| sample.balance.internal).fold(0.0, f64::max);
+        let hourglass = history.iter().map(|sample| sample.balance.hourglass).fold(0.0, f64::max);
+        let mut run = self.run;
+        if let Some(tracker) = &self.tracker {
+            run.outcome = tracker.outcome;
+            run.stop_time = tracker.stop_time;
+            run.carried_velocity = tracker.carried_velocity();
+            run.rebound_velocity = tracker.rebound_velocity;
+        }
+        run.hourglass_fraction = if internal > 0.0 { hourglass / internal } else { 0.0 };
+        run.newton.max_residual /= weakest;
+        run.newton.mean_iterations = self.evaluations[0] / self.evaluations[1].max(1.0);
+        run.newton.unconverged *= run.planes.copies();
+        run.deflections = self.deflections.largest();
+        run.events = whole_events(model, run.events);
+        (run.steps, run.loop_seconds) = (steps, loop_seconds);
+        (run.step_set_by, run.features) = (model.bound.set_by, model.features());
+        run
+    }
+}
+
+/// Whether positions at `time` belong into the history, whose last row is at `last` [s]. Time alone decides, so that every backend records
+/// the same samples.
+pub(super) fn sample_due(case: &Case, last: Option<f64>, time: f64, dt: f64) -> bool {
+    let next = last.map_or(0.0, |last| {
+        // The next multiple of the interval after the last row.
+        let rows = (last / case.output.history_interval + 1e-9).floor() + 1.0;
+        rows * case.output.history_interval
+    });
+    time >= next - SLACK * dt || time_up(case, time, dt)
+}
+
+/// Whether a sample at `time`, the last one at `last` [s], is the first after a multiple of [`LOOKS`], or the last of all.
+fn look_due(case: &Case, last: Option<f64>, time: f64, dt: f64) -> bool {
+    let count = |time: f64| (time / LOOKS + 1e-9).floor();
+    time_up(case, time, dt) || last.is_none_or(|last| count(time) > count(last))
+}
+
+/// Whether the run's time ends with positions at `time` [s].
+pub(super) fn time_up(case: &Case, time: f64, dt: f64) -> bool {
+    time >= case.solver.end_time - SLACK * dt
+}
+
+/// Failures of the part with those of its mirror images, each step in order of ply, row, column and yarn.
+fn whole_events<S: Scalar>(model: &Model<S>, events: Vec<FailureEvent>) -> Vec<FailureEvent> {
+    if model.planes == MirrorPlanes::NONE {
+        return events;
+    }
+    let images = |event: FailureEvent| {
+        let images = model.ply_type(event.ply as usize).mesh.images([event.i as usize, event.j as usize]);
+        images.map(move |[column, row]| FailureEvent { i: column as u32, j: row as u32, ..event })
+    };
+    let mut all: Vec<_> = events.into_iter().flat_map(images).collect();
+    all.sort_by_key(|e| (e.step, e.ply, e.j, e.i, e.yarn));
+    all
+}
