@@ -43,7 +43,7 @@ fn tension_of_a_struck_strip_hardly_exceeds_its_plateau() {
     let times: Vec<String> = (1..60).map(|half| (0.5 * f64::from(half)).to_string()).collect();
     let profiles = format!("/output/profile_times_us=[{}]", times.join(","));
     let size = ["/pack/width_mm=254", "/projectile/offset_mm=[-127,0]", "/solver/end_time_us=30"];
-    // Exact plateaus [N]: verification.md, V² = (N/Ad)(2√(ε(1+ε)) − ε) with the tension of the crimped cell.
+    // Exact plateaus [N]: V² = (N/Ad)(2√(ε(1+ε)) − ε) with the tension of the crimped cell.
     let rows = [
         (155.0, &[][..], 43.26),
         (250.0, &[], 85.70),
@@ -71,7 +71,7 @@ fn a_struck_strip_breaks_near_the_exact_velocity() {
         r#"/fabric/weft={"linear_density_denier":1500,"modulus_gpa":96,"failure_strain":0.035,"count_per_inch":17,"crimp":0.0094}"#,
         "/pack/height_mm=1.494",
     ];
-    // Velocities at which yarns reach their failure strain [m/s]: verification.md, from the same closed form.
+    // Velocities at which yarns reach their failure strain [m/s]: from the same closed form.
     let fabrics: [(&[&str], f64); 4] =
         [(&[], 682.0), (&[COMPRESSIBLE], 701.0), (&s728, 673.0), (&[&s728[..], &[COMPRESSIBLE]].concat(), 686.0)];
     for (fabric, critical) in fabrics {
