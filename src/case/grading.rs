@@ -3,9 +3,9 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::error::millimetres;
+use super::keys::{WordOr, choices};
 use super::provenance::Provenance;
-use super::text::millimetres;
-use super::units::{Mm, WordOr, choices};
 use super::{CaseError, Layer, Projectile, Shape};
 
 /// Fine elements reach this far from the projectile's wall by default, over its radius [-].
@@ -47,18 +47,16 @@ choices! {
     }
 }
 
-#[derive(Debug, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 pub(super) struct GradingKeys {
     /// Up to this distance from the projectile's way through the pack, along warp and weft, elements have
     /// crossovers_per_element. The way of a point that strikes obliquely goes on while it pushes the ply in, by an eighth of
     /// the smaller side, at most that far.
-    #[schemars(
-        range(min = 0.0, max = 1e5),
-        extend("derived" = "two radii of the projectile, and as far as a yawed tail swings out")
-    )]
-    fine_radius_mm: Option<Mm>,
+    #[schemars(rename = "fine_radius_mm", range(min = 0, max = 1e5))]
+    #[schemars(extend("derived" = "two radii of the projectile, and as far as a yawed tail swings out"))]
+    fine_radius: Option<f64>,
     /// Largest ratio of the lengths of neighbouring elements.
-    #[schemars(range(min = 1.0, max = 2.0), extend("default" = 1.2, "source" = NO_BETTER))]
+    #[schemars(range(min = 1, max = 2), extend("default" = 1.2, "source" = NO_BETTER))]
     growth_ratio: f64,
     /// Crossovers along a side of the largest elements.
     #[schemars(range(min = 1, max = 64), extend("default" = 6, "source" = NO_BETTER))]
@@ -92,8 +90,8 @@ impl GradingKeys {
             Some(WordOr::Word(GradingWord::Graded)) => record.defaults(&at(""))?,
             Some(WordOr::Keys(keys)) => keys,
         };
-        let fine = match (keys.fine_radius_mm, projectile) {
-            (Some(radius), _) => radius.si(),
+        let fine = match (keys.fine_radius, projectile) {
+            (Some(radius), _) => radius,
             (None, Some(projectile)) => record.derive(&at("/fine_radius_mm"), fine_radius(projectile), "", false),
             (None, None) => {
                 let error =

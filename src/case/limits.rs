@@ -1,7 +1,6 @@
 //! What the fields of a case must satisfy together: times within the run, mesh, number of steps, memory.
 
-use super::error::CaseError;
-use super::text::{number_text, short_number_text};
+use super::error::{CaseError, number_text, short_number_text};
 use super::{Case, Layer};
 
 /// More steps than this are a mistake in the units of the case.

@@ -187,7 +187,7 @@ fn origin(case: &Case, run: &Run, checks: &[Check]) -> Map<String, Value> {
         "adapter": run.adapter,
         "threads": run.threads,
         "precision": run.precision,
-        "terms": run.terms.list().into_iter().map(|(name, value)| (name.to_owned(), value.into())).collect::<Map<_, _>>(),
+        "terms": run.features.list().into_iter().map(|(name, value)| (name.to_owned(), value.into())).collect::<Map<_, _>>(),
         "version": env!("CARGO_PKG_VERSION"),
         "case": case.name,
         "case_hash": case_hash(&case.as_run),
