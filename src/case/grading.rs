@@ -128,7 +128,7 @@ impl GradingKeys {
 
 /// Fine radius for a projectile [m]: [`FINE_RADII`], and as far as a yawed body's tail swings out.
 fn fine_radius(projectile: &Projectile) -> f64 {
-    let (diameter, length) = (projectile.shape.diameter(), projectile.shape.length());
+    let [diameter, length] = projectile.shape.sizes();
     0.5 * diameter * (1.0 + FINE_RADII) + length * projectile.yaw.sin().abs()
 }
 

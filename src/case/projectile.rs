@@ -259,7 +259,7 @@ impl Projectile {
     }
 
     fn complete_edge_radius(&mut self, record: &Provenance) -> Result<(), CaseError> {
-        if self.shape.length() == 0.0 {
+        if self.shape.sizes()[1] == 0.0 {
             return Ok(());
         }
         let largest = self.shape.largest_edge();
