@@ -43,7 +43,7 @@ pub use pack::{Edge, Edges, InitialDeflection, Layer, Pack};
 pub use projectile::{Along, Motion, Projectile, Rotation};
 pub(crate) use provenance::mesh;
 pub use provenance::{Field, Origin, report};
-pub(crate) use read::realisation;
+pub(crate) use read::{converged, realisation};
 pub use read::{from_str, from_text, read};
 pub use schema::{reference, schema};
 pub use shape::Shape;

@@ -179,6 +179,14 @@ pub(crate) fn realisation(case: &Case, seed: u32, shot: u32, velocity: Option<f6
     rebuilt(case, document).map_err(CaseError::first_of)
 }
 
+/// The case on the mesh of `"accuracy": "converged"`; `None` where its mesh is as fine already, or that one is refused.
+pub(crate) fn converged(case: &Case) -> Option<Case> {
+    let mut document = case.as_run.clone();
+    document["solver"]["accuracy"] = json!("converged");
+    let finer = rebuilt(case, document).ok()?;
+    (finer.pack.elements_per_crossover > case.pack.elements_per_crossover).then_some(finer)
+}
+
 /// A case with another document.
 fn rebuilt(case: &Case, document: Value) -> Result<Case, Vec<CaseError>> {
     let built = checked(&document)?;
