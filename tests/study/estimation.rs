@@ -283,8 +283,10 @@ fn a_curve_is_found_again_from_its_own_points() {
 /// Far above the limit Recht's and Ipson's curve is a line of V₀²: the interval is then the textbook's.
 #[test]
 fn far_from_the_limit_the_interval_is_that_of_a_line() {
-    let shot = |(impact, noise): (f64, f64)| {
-        Passed { impact, residual: (impact * impact - 300.0 * 300.0).sqrt() + noise, count: 1 }
+    let shot = |(impact, noise): (f64, f64)| Passed {
+        impact,
+        residual: (impact * impact - 300.0 * 300.0).sqrt() + noise,
+        count: 1,
     };
     let shots = [(2000.0, 3.0), (2050.0, -2.0), (2100.0, 1.0), (2150.0, -4.0), (2200.0, 2.0)].map(shot);
     let found = residual_fit(ResidualModel::RechtIpson, &shots, 0.9).unwrap();
