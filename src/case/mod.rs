@@ -154,7 +154,9 @@ struct CaseKeys {
     /// Plies, size, edges and initial state.
     pack: Pack,
     /// What strikes the pack; null or absent: nothing does.
-    #[schemars(with = "Option<projectile::ProjectileKeys>", extend("without" = "nothing strikes the pack"))]
+    ///
+    /// Left out: nothing strikes the pack.
+    #[schemars(with = "Option<projectile::ProjectileKeys>")]
     projectile: Option<Projectile>,
     /// What varies from shot to shot; nothing does in a case that names no shot.
     variability: Option<Variability>,
@@ -183,7 +185,6 @@ impl CaseKeys {
         fabric.complete("/fabric", &record)?;
         projectile.as_mut().map_or(Ok(()), |projectile| projectile.complete(&record))?;
         variability.as_ref().map_or(Ok(()), |variability| variability.check(projectile.as_ref()))?;
-        solver.complete(projectile.as_ref(), &record);
         pack.complete(&fabric, projectile.as_ref(), &solver, &record)?;
         solver.complete_end(projectile.as_ref(), &pack, &record)?;
         output.check(&record)?;

@@ -153,10 +153,10 @@ fn trust(checks: &[Check], summary: &Value) -> Markup {
     html! {
         section id="trust" {
             h2 { "Is this run to be trusted?" }
-            (table("signs", &["check", "found", "level", "why"], checks.iter().map(row)))
+            (table("checks", &["check", "found", "level", "why"], checks.iter().map(row)))
             @if !expect.is_empty() {
                 h3 { "What the case expects" }
-                (table("signs", &[], expect.iter().map(expected_row)))
+                (table("checks", &[], expect.iter().map(expected_row)))
             }
         }
     }
@@ -170,7 +170,7 @@ fn energy(run: &Run) -> Markup {
     html! {
         section id="spent" {
             h2 { "Where the energy went" }
-            (table("signs", &["given to the fabric", &energies.text(energies.given), ""], energies.shares.iter().map(row)))
+            (table("checks", &["given to the fabric", &energies.text(energies.given), ""], energies.shares.iter().map(row)))
         }
     }
 }
@@ -229,7 +229,7 @@ fn machine(run: &Run, summary: &Value) -> Markup {
     html! {
         section id="machine" {
             h2 { "Machine and timing" }
-            (table("signs", &[], rows.map(|(name, value)| vec![cell(name), cell(value)])))
+            (table("checks", &[], rows.map(|(name, value)| vec![cell(name), cell(value)])))
         }
     }
 }

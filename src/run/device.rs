@@ -127,10 +127,8 @@ impl<'a> DeviceLoop<'a> {
         (steps, ends, looks)
     }
 
-    /// Sends a batch of steps off, and takes over the one before it, which computed while this one was recorded.
-    ///
-    /// # Errors
-    /// When the device was lost. What goes wrong with a single shot ends that one alone.
+    /// Sends a batch of steps off, and takes over the one before it, which computed while this one was recorded. A failure of a single shot ends
+    /// that one alone.
     pub(super) fn advance(&mut self, cases: &[&Case], observer: &mut dyn Observer) -> Result<(), DeviceError> {
         let time = self.time_of(self.next);
         if !self.complete && self.state_due(cases, observer, time) {
