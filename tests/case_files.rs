@@ -19,46 +19,7 @@ use serde_json::{Map, Value, json};
 
 /// A case that gives every key that a free cylinder and a pack of two kinds of plies can have.
 fn good() -> Value {
-    let yarn = |crimp: f64| {
-        json!({"absent": false, "linear_density_denier": 1420, "modulus_gpa": 96, "failure_strain": 0.035,
-            "count_per_inch": 20, "crimp": crimp})
-    };
-    let fabric = json!({
-        "name": "S-720", "fibre_density_kg_m3": 1440, "areal_density_g_m2": 255.2,
-        "warp": yarn(0.0218), "weft": yarn(0.0139),
-        "crossover": {"law": "published", "membrane_force": "tension", "gap_mm": 0.01,
-            "compression": {"a_mm": 0.10, "b_mm_n13": 0.12}},
-        "thickness_mm": 0.25,
-        "shear": {"thickness_mm": 0.25, "g1_mpa": 10, "g2_mpa": 1000, "gamma1": 0.35, "gamma2": 0.6,
-            "modulus": "tangent"},
-    });
-    json!({
-        "title": "every key",
-        "fabric": fabric,
-        "pack": {"plies": 3, "width_mm": 20.3, "height_mm": 10.1, "crossovers_per_element": 1, "spacing_mm": 0.4,
-            "edges": {"left": "clamped", "right": "free", "bottom": "roller", "top": "clamped"},
-            "friction": 0.1, "pretension": {"warp_n_per_m": 100, "weft_n_per_m": 200}, "initial_velocity_m_s": [1, 2, -3],
-            "initial_deflection": {"amplitude_mm": 0.1, "warp_half_waves": 1, "weft_half_waves": 2},
-            "layup": [
-                {"plies": 2, "orientation_deg": 0, "edges": "free"},
-                {"plies": 1, "fabric": fabric, "orientation_deg": -90, "initial_velocity_m_s": [0, 0, 1],
-                    "edges": {"left": "clamped", "right": "free", "bottom": "roller", "top": "clamped"}}]},
-        "projectile": {"shape": "cylinder", "diameter_mm": 5.5, "length_mm": 42.1, "edge_radius_mm": 0.1, "mass_g": 3,
-            "axial_inertia_g_mm2": 11, "transverse_inertia_g_mm2": 440, "velocity_m_s": 155, "offset_mm": [1, -2],
-            "standoff_mm": 1, "obliquity_deg": 30, "azimuth_deg": 90, "yaw_deg": 10,
-            "angular_velocity_rad_s": [0, 0, 5], "friction": 0.2, "motion": "free", "rotation": "free"},
-        "solver": {"numerics": "paper", "end_time_us": 400, "courant": 0.9, "hourglass": 0.02, "symmetry": "none", "run_until": "end_time"},
-        "output": {"history_interval_us": 0.5, "frames": 10, "profile_times_us": [0, 50, 100], "profile_along": "weft"},
-        "expect": [
-            {"quantity": "outcome", "value": "perforated", "source": "paper, Figure 6"},
-            {"quantity": "residual_velocity_m_s", "value": -50, "tolerance": "10%", "source": "paper, Figure 6"},
-            {"quantity": "energy_error", "min": -0.01, "max": 0.01, "source": "model"},
-            {"quantity": "wave_speed_m_s", "min": 1, "between_us": [10, 20], "source": "theory"},
-            {"quantity": "kinetic_energy_j", "value": 36, "tolerance": 0.5, "at_us": 1, "source": "½ m v²"}
-        ],
-        "sources": {"/fabric/warp": "paper, Table I", "/fabric/crossover/compression": "assumed", "/pack": "a frame"},
-        "notes": "none",
-    })
+    serde_json::from_str(include_str!("case_files/good.json")).unwrap()
 }
 
 /// A shot with as few keys as can be.

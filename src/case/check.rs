@@ -49,23 +49,18 @@ fn check_object(pointer: &str, node: &'static Value, object: &Value, errors: &mu
         let instead = key.text("or").strip_prefix('/').map(|or| format!(", or {}", quote(or))).unwrap_or_default();
         errors.push(error.help(format!("{}{instead} is required: {}", quote(key.name), key.text("description"))));
     }
-    let mut groups: Vec<&str> = Vec::new();
-    for key in keys.iter().filter(|key| !key.text("group").is_empty() && key.belongs(&keys, object)) {
-        if !groups.contains(&key.text("group")) {
-            groups.push(key.text("group"));
-        }
-    }
-    for group in groups {
+    let mut grouped: Vec<Key> = keys.iter().filter(|key| !key.text("group").is_empty()).copied().collect();
+    grouped.dedup_by_key(|key| key.text("group"));
+    for first in grouped.into_iter().filter(|key| key.belongs(&keys, object)) {
+        let group = first.text("group");
         let names: Vec<&str> = keys.iter().filter(|key| key.text("group") == group).map(|key| key.name).collect();
         let given: Vec<&str> = names.iter().copied().filter(|name| object.get(name).is_some()).collect();
-        errors.extend(match given[..] {
-            [_] => None,
-            [] => Some(CaseError::at(pointer, format!("a {group}: {}", list(names)), "none of them")),
-            [_, second, ..] => {
-                let found = format!("{} of them", given.len());
-                Some(CaseError::at(format!("{pointer}/{second}"), format!("one {group}: {}", list(names)), found))
-            }
-        });
+        if given.is_empty() {
+            errors.push(CaseError::at(pointer, format!("a {group}: {}", list(names)), "none of them"));
+        } else if let Some(second) = given.get(1) {
+            let found = format!("{} of them", given.len());
+            errors.push(CaseError::at(format!("{pointer}/{second}"), format!("one {group}: {}", list(names)), found));
+        }
     }
 }
 

@@ -7,8 +7,6 @@ use super::CaseError;
 use super::keys::{WordOr, choices};
 use super::provenance::Provenance;
 
-/// Source of a default that stands for a property of the fabric.
-const NOT_PUBLISHED: &str = "assumed: not published for this fabric";
 /// Least b over a of (21) [N^(1/3)]: its cube is the force at which a crossover begins to stiffen, and has to be a number in single precision.
 const LEAST_COMPRESSION: f64 = 1e-6;
 
@@ -23,9 +21,10 @@ pub struct Fabric {
     #[schemars(rename = "fibre_density_kg_m3", range(min = 100, max = 30_000))]
     pub fibre_density: f64,
     /// Mass per area of the fabric [kg/m²].
+    ///
+    /// Otherwise: linear density × (1 + crimp) × count of both yarns.
     #[serde(default)]
     #[schemars(rename = "areal_density_g_m2", range(min = 0.01, max = 1e5))]
-    #[schemars(extend("derived" = "linear density × (1 + crimp) × count of both yarns"))]
     pub areal_density: f64,
     /// Yarns along X.
     #[schemars(with = "YarnKeys")]
@@ -37,9 +36,11 @@ pub struct Fabric {
     #[schemars(extend("default" = {}))]
     pub crossover: Crossover,
     /// Thickness of the fabric: shear resultant and ply spacing [m].
+    ///
+    /// Default: assumed: not published for this fabric.
     #[serde(default)]
     #[schemars(rename = "thickness_mm", range(min = 1e-3, max = 100))]
-    #[schemars(extend("default" = 0.30, "source" = NOT_PUBLISHED, "or" = "/shear/thickness_mm"))]
+    #[schemars(extend("default" = 0.30, "or" = "/shear/thickness_mm"))]
     pub thickness: f64,
     /// Resistance to trellis shear, (25) of the paper.
     #[schemars(with = "WordOr<NoShear, ShearKeys>", extend("default" = {}, "none" = "none"))]
@@ -81,7 +82,9 @@ fn not<'de, D: Deserializer<'de>>(deserializer: D) -> Result<bool, D::Error> {
 #[allow(dead_code, reason = "for their schema")]
 struct YarnKeys {
     /// True: no yarn in this direction, its count still sets the element size.
-    #[schemars(extend("default" = false, "source" = "a woven fabric has both yarns"))]
+    ///
+    /// Default: a woven fabric has both yarns.
+    #[schemars(extend("default" = false))]
     absent: bool,
     /// Mass of 9000 m of yarn.
     #[schemars(range(min = 0.01, max = 1e6), extend("group" = "linear density", "only" = {"absent": "false"}))]
@@ -113,13 +116,19 @@ struct YarnKeys {
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 pub struct Crossover {
     /// Unit-cell law.
-    #[schemars(extend("default" = "published", "source" = "the paper's (11)-(24)"))]
+    ///
+    /// Default: the paper's (11)-(24).
+    #[schemars(extend("default" = "published"))]
     pub law: Law,
     /// In-plane force of the published law.
-    #[schemars(extend("default" = "tension", "source" = "the paper's yarn tension"))]
+    ///
+    /// Default: the paper's yarn tension.
+    #[schemars(extend("default" = "tension"))]
     pub membrane_force: MembraneForce,
     /// Initial gap between the yarns, (22) [m].
-    #[schemars(rename = "gap_mm", range(min = 0, max = 1), extend("default" = 0, "source" = NOT_PUBLISHED))]
+    ///
+    /// Default: assumed: not published for this fabric.
+    #[schemars(rename = "gap_mm", range(min = 0, max = 1), extend("default" = 0))]
     pub gap: f64,
     /// Transverse compression of the yarns, (21).
     #[schemars(with = "WordOr<NoCompression, Compression>", extend("default" = {}, "none" = "rigid"))]
@@ -130,10 +139,14 @@ pub struct Crossover {
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 pub struct Compression {
     /// Largest compression a of (21); a = b = 0 is rigid [m].
-    #[schemars(rename = "a_mm", range(min = 0, max = 10), extend("default" = 0.10, "source" = NOT_PUBLISHED))]
+    ///
+    /// Default: assumed: not published for this fabric.
+    #[schemars(rename = "a_mm", range(min = 0, max = 10), extend("default" = 0.10))]
     pub a: f64,
     /// b of (21) [m·N^(1/3)].
-    #[schemars(rename = "b_mm_n13", range(min = 0, max = 10), extend("default" = 0.10, "source" = NOT_PUBLISHED))]
+    ///
+    /// Default: assumed: not published for this fabric.
+    #[schemars(rename = "b_mm_n13", range(min = 0, max = 10), extend("default" = 0.10))]
     pub b: f64,
 }
 
@@ -141,19 +154,29 @@ pub struct Compression {
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 pub struct Shear {
     /// Modulus before locking [Pa].
-    #[schemars(rename = "g1_mpa", range(min = 0, max = 1e6), extend("default" = 10, "source" = NOT_PUBLISHED))]
+    ///
+    /// Default: assumed: not published for this fabric.
+    #[schemars(rename = "g1_mpa", range(min = 0, max = 1e6), extend("default" = 10))]
     pub g1: f64,
     /// Modulus after locking, at least g1_mpa [Pa].
-    #[schemars(rename = "g2_mpa", range(min = 0, max = 1e6), extend("default" = 1000, "source" = NOT_PUBLISHED))]
+    ///
+    /// Default: assumed: not published for this fabric.
+    #[schemars(rename = "g2_mpa", range(min = 0, max = 1e6), extend("default" = 1000))]
     pub g2: f64,
     /// Shear angle where locking begins [rad].
-    #[schemars(range(min = 0, max = 1.5), extend("unit" = "rad", "default" = 0.35, "source" = NOT_PUBLISHED))]
+    ///
+    /// Default: assumed: not published for this fabric.
+    #[schemars(range(min = 0, max = 1.5), extend("unit" = "rad", "default" = 0.35))]
     pub gamma1: f64,
     /// Shear angle where locking is complete, at least gamma1 [rad].
-    #[schemars(range(min = 0, max = 1.5), extend("unit" = "rad", "default" = 0.60, "source" = NOT_PUBLISHED))]
+    ///
+    /// Default: assumed: not published for this fabric.
+    #[schemars(range(min = 0, max = 1.5), extend("unit" = "rad", "default" = 0.60))]
     pub gamma2: f64,
     /// Tangent: dτ/dγ = G(γ).
-    #[schemars(extend("default" = "tangent", "source" = "model: G of (25) as the slope of the stress"))]
+    ///
+    /// Default: model: G of (25) as the slope of the stress.
+    #[schemars(extend("default" = "tangent"))]
     pub modulus: ShearModulus,
 }
 
@@ -162,7 +185,9 @@ pub struct Shear {
 #[allow(dead_code, reason = "for their schema")]
 struct ShearKeys {
     /// Thickness that carries the shear stress.
-    #[schemars(range(min = 1e-3, max = 100), extend("derived" = "the fabric's thickness_mm"))]
+    ///
+    /// Otherwise: the fabric's thickness_mm.
+    #[schemars(range(min = 1e-3, max = 100))]
     thickness_mm: Option<f64>,
     #[schemars(flatten)]
     shear: Shear,
@@ -184,7 +209,7 @@ choices! {
         /// The yarn tension T.
         Tension = "tension",
     }
-    /// How the modulus of (25) is understood.
+    /// Meaning of the modulus of (25).
     #[non_exhaustive]
     pub enum ShearModulus {
         /// dτ/dγ = G(γ).

@@ -1,8 +1,10 @@
 //! Every key of the case file: the schema of the types that hold them, and what stands in a document against it.
 //!
-//! A key is written once, as a field of such a type. Beside its type, its range and its doc comment the schema has, as the field says:
-//! - `default` with `source`, or `derived`, or `without`: its value where it is left out, and where that comes from or what it means;
-//! - `where`: the value of another key with which the default holds; `or`: what may be given in its place, as a pointer from its object;
+//! A key is written once, as a field of such a type, with its range and its doc comment. Its unit is the end of its name; the SI unit that the
+//! comment ends in is that of the field. A last paragraph says what holds where the key is left out: "Default:" and the source of the
+//! default, "Otherwise:" and how the value is computed, or "Left out:" and what that means. Besides the schema has, as the field says:
+//! - `default`: the value where the key is left out; `where`: the value of another key with which that holds;
+//! - `or`: what may be given in its place, as a pointer from its object;
 //! - `only`: the values of another key beside which it belongs; `with`: a key that must be given beside it;
 //! - `group`: a name that it shares with others, of which exactly one is given;
 //! - `help`: what to say of a value out of range; `none`: the word that stands for no object.
@@ -13,7 +15,7 @@ use std::sync::LazyLock;
 use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
 use serde::Deserialize;
-use serde_json::Value;
+use serde_json::{Map, Value};
 
 use super::CaseKeys;
 use super::error::{index, json_number, list, number_text, percent, quote, text_of, whole};
@@ -22,7 +24,7 @@ use super::error::{index, json_number, list, number_text, percent, quote, text_o
 pub(super) struct Unit {
     /// End of the names of its keys.
     end: &'static str,
-    /// Its sign.
+    /// Sign of the unit.
     pub(super) name: &'static str,
     numerator: f64,
     denominator: f64,
@@ -143,8 +145,8 @@ fn tidy(node: &mut Value) {
             if let Some(Value::Array(words)) = map.get_mut("enum") {
                 words.retain(|word| !word.is_null());
             }
-            if let Some(Value::String(text)) = map.get_mut("description") {
-                *text = without_unit(text);
+            if let Some(text) = map.get("description").and_then(Value::as_str).map(str::to_owned) {
+                document(map, &text);
             }
             map.shift_remove("format");
             if map.contains_key("derived") {
@@ -161,12 +163,17 @@ fn tidy(node: &mut Value) {
     }
 }
 
-/// A doc comment in one line, without the SI unit that it ends in.
-fn without_unit(text: &str) -> String {
-    let text = text.replace('\n', " ");
-    match text.strip_suffix("].").and_then(|text| text.rsplit_once(" [")) {
-        Some((text, _)) => format!("{text}."),
-        None => text,
+/// Puts what a doc comment says into a schema: what the key means, without the SI unit, and what holds where it is left out.
+fn document(map: &mut Map<String, Value>, text: &str) {
+    for paragraph in text.split("\n\n").map(|paragraph| paragraph.replace('\n', " ")) {
+        let without = [("Default: ", "source"), ("Otherwise: ", "derived"), ("Left out: ", "without")];
+        let found = without.iter().find_map(|(word, property)| Some((property, paragraph.strip_prefix(word)?)));
+        let (property, text) = match (found, paragraph.strip_suffix("].").and_then(|text| text.rsplit_once(" ["))) {
+            (Some((property, text)), _) => (*property, text.strip_suffix('.').unwrap_or(text).to_owned()),
+            (None, Some((text, _))) => ("description", format!("{text}.")),
+            (None, None) => ("description", paragraph),
+        };
+        map.insert(property.to_owned(), Value::from(text));
     }
 }
 
@@ -344,7 +351,7 @@ pub(super) fn fits<'a>(node: &Value, value: &'a Value) -> Option<&'a Vec<Value>>
     value.as_array().filter(|items| lengths.contains(&(items.len() as u64)))
 }
 
-/// What may stand where a schema describes it, in words.
+/// Values that a schema describes, in words.
 pub(super) fn expected(node: &'static Value) -> String {
     if let Some(choices) = node["anyOf"].as_array() {
         let or = if choices.iter().any(|choice| choice.get("pattern").is_some()) { ", or " } else { " or " };

@@ -35,7 +35,7 @@ fn memory_counts_every_ply_its_contact_and_its_frames() {
     let (few, elements) = frames(r#""plies": 1"#, 10);
     assert_eq!(few, elements * 10.0 * (FRAME_BYTES + 2 * SNAPSHOT_BYTES) as f64);
     // Of many frames of a large pack one is made and two wait.
-    let (many, elements) = frames(r#""plies": 64, "crossovers_per_element": 1, "elements_per_crossover": 16"#, 10_000);
+    let (many, elements) = frames(r#""plies": 16, "elements_per_crossover": 16"#, 10_000);
     assert_eq!(many, elements * (FRAME_BYTES + 2 * SNAPSHOT_BYTES) as f64);
 }
 

@@ -16,12 +16,6 @@ use super::{Accuracy, CaseError, Fabric, Grading, Numerics, Projectile, Solver, 
 pub(super) const MAX_PLIES: u32 = 64;
 /// List of groups of plies.
 pub(super) const LAYUP: &str = "/pack/layup";
-/// Where the mesh comes from.
-const MESH: &str = "numerics and accuracy: around a projectile's hit four elements per crossover (under a point six; converged: eight), \
-    graded beyond; where a bar strikes two (eight), even; one even element for the paper's numerics, no projectile, or several \
-    crossovers per element";
-/// Where a default of an edge comes from.
-const FRAME: &str = "a fixed frame, as in the paper";
 /// Elements along a side of a crossover around the hit.
 const FINE: u32 = 4;
 /// Elements along a side of a crossover where the result is to be converged.
@@ -37,8 +31,10 @@ const ALONG_A_BAR: u32 = 2;
 #[non_exhaustive]
 pub struct Pack {
     /// Number of plies; with a layup the sum over it, which need not be given.
+    ///
+    /// Default: a single ply.
     #[serde(default)]
-    #[schemars(range(min = 1, max = MAX_PLIES), extend("default" = 1, "source" = "a single ply", "or" = "/layup"))]
+    #[schemars(range(min = 1, max = MAX_PLIES), extend("default" = 1, "or" = "/layup"))]
     pub plies: u32,
     /// Size along warp, rounded to whole elements [m].
     #[schemars(rename = "width_mm", range(min = 1e-3, max = 1e5))]
@@ -46,36 +42,53 @@ pub struct Pack {
     /// Size along weft, rounded to whole elements [m].
     #[schemars(rename = "height_mm", range(min = 1e-3, max = 1e5))]
     pub(super) height: f64,
-    /// How the sides are held.
+    /// Boundary conditions of the sides.
+    ///
+    /// Default: a fixed frame, as in the paper.
     #[serde(deserialize_with = "edges")]
-    #[schemars(with = "WordOr<Edge, Edges>", extend("default" = "clamped", "source" = FRAME))]
+    #[schemars(with = "WordOr<Edge, Edges>", extend("default" = "clamped"))]
     pub edges: Edges,
     /// Crossovers along each side of an element.
-    #[schemars(range(min = 1, max = 64), extend("default" = 1, "source" = "the paper: one element per crossover"))]
+    ///
+    /// Default: the paper: one element per crossover.
+    #[schemars(range(min = 1, max = 64), extend("default" = 1))]
     pub crossovers_per_element: u32,
     /// Elements along each side of a crossover, to refine the mesh.
+    ///
+    /// Otherwise: numerics and accuracy: around a projectile's hit four elements per crossover (under a point six; converged: eight),
+    /// graded beyond; where a bar strikes two (eight), even; one even element for the paper's numerics, no projectile, or several
+    /// crossovers per element.
     #[serde(default)]
-    #[schemars(range(min = 1, max = 16), extend("derived" = MESH))]
+    #[schemars(range(min = 1, max = 16))]
     pub elements_per_crossover: u32,
     /// Elements that grow away from the hit; "graded" is an object without keys.
-    #[schemars(extend("derived" = MESH))]
+    ///
+    /// Otherwise: numerics and accuracy: around a projectile's hit four elements per crossover (under a point six; converged: eight),
+    /// graded beyond; where a bar strikes two (eight), even; one even element for the paper's numerics, no projectile, or several
+    /// crossovers per element.
     pub(super) mesh_grading: Option<WordOr<GradingWord, GradingKeys>>,
     /// Distance of neighbouring plies' mid-planes; in a layup by default the mean of the two thicknesses [m].
-    #[schemars(rename = "spacing_mm", range(min = 0, max = 100), extend("derived" = "the fabric's thickness_mm"))]
+    ///
+    /// Otherwise: the fabric's thickness_mm.
+    #[schemars(rename = "spacing_mm", range(min = 0, max = 100))]
     pub spacing: Option<f64>,
     /// Coulomb coefficient between plies.
-    #[schemars(range(min = 0, max = 2), extend("default" = 0.2, "source" = "assumed: not published for this fabric"))]
+    ///
+    /// Default: assumed: not published for this fabric.
+    #[schemars(range(min = 0, max = 2), extend("default" = 0.2))]
     pub friction: f64,
     /// Initial membrane force of every ply, along its own yarns [N/m].
     #[serde(deserialize_with = "pretension")]
     #[schemars(with = "Pretension", extend("default" = {}))]
     pub pretension: Option<[Option<f64>; 2]>,
     /// Velocity of every free node [m/s].
-    #[schemars(rename = "initial_velocity_m_s", inner(range(min = -5000, max = 5000)))]
-    #[schemars(extend("default" = [0, 0, 0], "source" = "at rest"))]
+    ///
+    /// Default: at rest.
+    #[schemars(rename = "initial_velocity_m_s", inner(range(min = -5000, max = 5000)), extend("default" = [0, 0, 0]))]
     pub initial_velocity: [f64; 3],
     /// Initial amplitude·sin(mπX/width)·sin(nπY/height) of every ply, in its own axes.
-    #[schemars(extend("without" = "flat"))]
+    ///
+    /// Left out: flat.
     pub initial_deflection: Option<InitialDeflection>,
     /// The plies in groups of consecutive ones, from the struck side, where they are not all alike.
     #[serde(default)]
@@ -110,23 +123,30 @@ impl Pack {
 #[non_exhaustive]
 pub struct Layer {
     /// Number of plies of this group.
-    #[schemars(range(min = 1, max = MAX_PLIES), extend("default" = 1, "source" = "a single ply"))]
+    ///
+    /// Default: a single ply.
+    #[schemars(range(min = 1, max = MAX_PLIES), extend("default" = 1))]
     pub plies: u32,
     /// The fabric of these plies; a file is named relative to the case's folder.
-    #[schemars(extend("derived" = "the case's fabric"))]
+    ///
+    /// Otherwise: the case's fabric.
     pub fabric: Fabric,
     /// Angle of the warp to the pack's X axis, towards Y. At a multiple of 90 the ply covers the pack's rectangle;
     /// at any other angle it is cut along its yarns, width along warp and height along weft, then laid turned [rad].
-    #[schemars(rename = "orientation_deg", range(min = -360, max = 360))]
-    #[schemars(extend("default" = 0, "source" = "warp along the pack's X axis"))]
+    ///
+    /// Default: warp along the pack's X axis.
+    #[schemars(rename = "orientation_deg", range(min = -360, max = 360), extend("default" = 0))]
     pub orientation: f64,
-    /// How the sides are held, in the ply's own axes; sides left out of an object are clamped.
+    /// Boundary conditions of the sides, in the ply's own axes; sides left out of an object are clamped.
+    ///
+    /// Otherwise: the pack's edges.
     #[serde(deserialize_with = "edges")]
-    #[schemars(with = "WordOr<Edge, Edges>", extend("derived" = "the pack's edges"))]
+    #[schemars(with = "WordOr<Edge, Edges>")]
     pub edges: Edges,
     /// Velocity of every free node, in the pack's axes [m/s].
+    ///
+    /// Otherwise: the pack's initial_velocity_m_s.
     #[schemars(rename = "initial_velocity_m_s", inner(range(min = -5000, max = 5000)))]
-    #[schemars(extend("derived" = "the pack's initial_velocity_m_s"))]
     pub initial_velocity: [f64; 3],
     /// Elements of the finest size along warp.
     #[serde(skip)]
@@ -149,10 +169,14 @@ pub struct Layer {
 #[derive(Deserialize, JsonSchema)]
 struct Pretension {
     /// Force along warp per width [N/m].
-    #[schemars(rename = "warp_n_per_m", range(min = 0, max = 1e7), extend("without" = "warp keeps its length"))]
+    ///
+    /// Left out: warp keeps its length.
+    #[schemars(rename = "warp_n_per_m", range(min = 0, max = 1e7))]
     warp: Option<f64>,
     /// Force along weft per width [N/m].
-    #[schemars(rename = "weft_n_per_m", range(min = 0, max = 1e7), extend("without" = "weft keeps its length"))]
+    ///
+    /// Left out: weft keeps its length.
+    #[schemars(rename = "weft_n_per_m", range(min = 0, max = 1e7))]
     weft: Option<f64>,
 }
 
@@ -181,16 +205,24 @@ pub struct InitialDeflection {
 #[non_exhaustive]
 pub struct Edges {
     /// X = 0.
-    #[schemars(extend("default" = "clamped", "source" = FRAME))]
+    ///
+    /// Default: a fixed frame, as in the paper.
+    #[schemars(extend("default" = "clamped"))]
     pub left: Edge,
     /// X = width.
-    #[schemars(extend("default" = "clamped", "source" = FRAME))]
+    ///
+    /// Default: a fixed frame, as in the paper.
+    #[schemars(extend("default" = "clamped"))]
     pub right: Edge,
     /// Y = 0.
-    #[schemars(extend("default" = "clamped", "source" = FRAME))]
+    ///
+    /// Default: a fixed frame, as in the paper.
+    #[schemars(extend("default" = "clamped"))]
     pub bottom: Edge,
     /// Y = height.
-    #[schemars(extend("default" = "clamped", "source" = FRAME))]
+    ///
+    /// Default: a fixed frame, as in the paper.
+    #[schemars(extend("default" = "clamped"))]
     pub top: Edge,
 }
 

@@ -13,10 +13,6 @@ use super::{CaseError, Shape};
 const TIP_RADIUS: f64 = 0.5e-3;
 /// Largest such rounding over the diameter [-].
 const TIP_PART: f64 = 0.1;
-/// Source of a fragment's defaults.
-const CHISEL: &str = "assumed: about as chisel-nosed fragment simulators have it";
-/// Source of moments of inertia that are left out.
-const UNIFORM: &str = "a uniform solid of this shape and mass";
 
 /// A rigid projectile. Flight is along +Z at normal incidence; the pack lies in Z = 0 around the origin.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -125,82 +121,101 @@ pub(super) struct ProjectileKeys {
     #[schemars(range(min = 1e-3, max = 10_000.0), extend("only" = {"shape": LONG}))]
     length_mm: Option<f64>,
     /// Length of the nose, at most length_mm; of an ogive at least half of diameter_mm.
-    #[schemars(range(min = 1e-3, max = 10_000.0), extend(
-        "derived" = "a plain cone: length_mm; an ogive: assumed, 1.5 × diameter_mm, at most length_mm",
-        "only" = {"shape": ["cone", "ogive"]}
-    ))]
+    ///
+    /// Otherwise: a plain cone: length_mm; an ogive: assumed, 1.5 × diameter_mm, at most length_mm.
+    #[schemars(range(min = 1e-3, max = 10_000.0), extend("only" = {"shape": ["cone", "ogive"]}))]
     nose_length_mm: Option<f64>,
     /// Width of the flat strip across the front, at most diameter_mm, between the slanted flats.
-    #[schemars(range(min = 1e-3, max = 1000.0), extend(
-        "derived" = "assumed: 0.46 × diameter_mm, about as chisel-nosed fragment simulators have it",
-        "only" = {"shape": ["fragment"]}
-    ))]
+    ///
+    /// Otherwise: assumed: 0.46 × diameter_mm, about as chisel-nosed fragment simulators have it.
+    #[schemars(range(min = 1e-3, max = 1000.0), extend("only" = {"shape": ["fragment"]}))]
     nose_flat_mm: Option<f64>,
     /// Angle between the strip's plane and the slanted flats.
-    #[schemars(range(min = 5, max = 75))]
-    #[schemars(extend("default" = 35.0, "source" = CHISEL, "only" = {"shape": ["fragment"]}))]
+    ///
+    /// Default: assumed: about as chisel-nosed fragment simulators have it.
+    #[schemars(range(min = 5, max = 75), extend("default" = 35.0, "only" = {"shape": ["fragment"]}))]
     nose_angle_deg: Option<f64>,
     /// Turn of the strip about the body's axis, from warp towards weft.
-    #[schemars(range(min = -360, max = 360))]
-    #[schemars(extend("default" = 0.0, "source" = "strip along warp at normal incidence", "only" = {"shape": ["fragment"]}))]
+    ///
+    /// Default: strip along warp at normal incidence.
+    #[schemars(range(min = -360, max = 360), extend("default" = 0.0, "only" = {"shape": ["fragment"]}))]
     roll_deg: Option<f64>,
     /// Radius of the rounding of every edge.
-    #[schemars(range(min = 0, max = 500), extend(
-        "derived" = "0, sharp edges; a point (cone, ogive): assumed, 0.5 mm, at most a tenth of diameter_mm and what the shape has room for",
-        "only" = {"shape": LONG}
-    ))]
+    ///
+    /// Otherwise: 0, sharp edges; a point (cone, ogive): assumed, 0.5 mm, at most a tenth of diameter_mm and what the shape has room
+    /// for.
+    #[schemars(range(min = 0, max = 500), extend("only" = {"shape": LONG}))]
     edge_radius_mm: Option<f64>,
     /// The yarn direction a bar lies along.
-    #[schemars(extend("default" = "weft", "source" = "across the warp", "only" = {"shape": ["bar"]}))]
+    ///
+    /// Default: across the warp.
+    #[schemars(extend("default" = "weft", "only" = {"shape": ["bar"]}))]
     along: Option<Along>,
     /// Mass.
-    #[schemars(range(min = 1e-9, max = 1e6), extend(
-        "default" = 1000.0, "source" = "not used: the velocity is prescribed", "where" = {"motion": "prescribed"}, "or" = "/density_kg_m3"
-    ))]
+    ///
+    /// Default: not used: the velocity is prescribed.
+    #[schemars(range(min = 1e-9, max = 1e6), extend("default" = 1000.0, "where" = {"motion": "prescribed"}, "or" = "/density_kg_m3"))]
     mass_g: Option<f64>,
     /// Density of a solid body (steel 7850): gives the mass where mass_g is left out; where both are given, they are compared.
     #[schemars(range(min = 1.0, max = 1e5), extend("without" = "", "only" = {"shape": TURNING}))]
     density_kg_m3: Option<f64>,
     /// Moment of inertia about the body's axis.
-    #[schemars(range(min = 1e-9, max = 1e12))]
-    #[schemars(extend("derived" = UNIFORM, "with" = "transverse_inertia_g_mm2", "only" = {"shape": TURNING}))]
+    ///
+    /// Otherwise: a uniform solid of this shape and mass.
+    #[schemars(range(min = 1e-9, max = 1e12), extend("with" = "transverse_inertia_g_mm2", "only" = {"shape": TURNING}))]
     axial_inertia_g_mm2: Option<f64>,
     /// Moment of inertia across the axis, about the centre.
-    #[schemars(range(min = 1e-9, max = 1e12))]
-    #[schemars(extend("derived" = UNIFORM, "with" = "axial_inertia_g_mm2", "only" = {"shape": TURNING}))]
+    ///
+    /// Otherwise: a uniform solid of this shape and mass.
+    #[schemars(range(min = 1e-9, max = 1e12), extend("with" = "axial_inertia_g_mm2", "only" = {"shape": TURNING}))]
     transverse_inertia_g_mm2: Option<f64>,
     /// Speed along the line of flight.
     #[schemars(range(max = 5000.0), extend("exclusiveMinimum" = 0.0))]
     velocity_m_s: f64,
     /// Point of aim from the pack's centre.
-    #[schemars(inner(range(min = -1e5, max = 1e5)), extend("default" = [0, 0], "source" = "centred"))]
+    ///
+    /// Default: centred.
+    #[schemars(inner(range(min = -1e5, max = 1e5)), extend("default" = [0, 0]))]
     offset_mm: [f64; 2],
     /// Gap between nose and first ply at the start.
-    #[schemars(range(min = 0, max = 1000), extend("default" = 0.0, "source" = "flight through air is not computed"))]
+    ///
+    /// Default: flight through air is not computed.
+    #[schemars(range(min = 0, max = 1000), extend("default" = 0.0))]
     standoff_mm: f64,
     /// Angle of the line of flight to the pack's normal.
-    #[schemars(range(min = 0, max = 85), extend("default" = 0.0, "source" = "normal incidence"))]
+    ///
+    /// Default: normal incidence.
+    #[schemars(range(min = 0, max = 85), extend("default" = 0.0))]
     obliquity_deg: f64,
     /// Direction of the obliquity, from warp towards weft.
-    #[schemars(range(min = -360, max = 360), extend("default" = 0.0, "source" = "towards warp"))]
+    ///
+    /// Default: towards warp.
+    #[schemars(range(min = -360, max = 360), extend("default" = 0.0))]
     azimuth_deg: f64,
     /// Angle of the body's axis to the line of flight.
-    #[schemars(range(min = -180, max = 180))]
-    #[schemars(extend("default" = 0.0, "source" = "axis along the line of flight", "only" = {"shape": TURNING}))]
+    ///
+    /// Default: axis along the line of flight.
+    #[schemars(range(min = -180, max = 180), extend("default" = 0.0, "only" = {"shape": TURNING}))]
     yaw_deg: Option<f64>,
     /// Initial rotation about X, Y, Z.
-    #[schemars(inner(range(min = -1e6, max = 1e6)))]
-    #[schemars(extend("default" = [0, 0, 0], "source" = "no rotation", "only" = {"shape": TURNING}))]
+    ///
+    /// Default: no rotation.
+    #[schemars(inner(range(min = -1e6, max = 1e6)), extend("default" = [0, 0, 0], "only" = {"shape": TURNING}))]
     angular_velocity_rad_s: Option<[f64; 3]>,
     /// Coulomb coefficient against fabric.
-    #[schemars(range(min = 0, max = 2))]
-    #[schemars(extend("default" = 0.2, "source" = "assumed: not published for this projectile and fabric"))]
+    ///
+    /// Default: assumed: not published for this projectile and fabric.
+    #[schemars(range(min = 0, max = 2), extend("default" = 0.2))]
     friction: f64,
     /// Free flight, or the velocity held.
-    #[schemars(extend("default" = "free", "source" = "a body in flight"))]
+    ///
+    /// Default: a body in flight.
+    #[schemars(extend("default" = "free"))]
     motion: Motion,
     /// Whether the body may turn; a bar never does.
-    #[schemars(extend("default" = "free", "source" = "a body in flight", "where" = {"shape": TURNING}))]
+    ///
+    /// Default: a body in flight.
+    #[schemars(extend("default" = "free", "where" = {"shape": TURNING}))]
     rotation: Option<Rotation>,
 }
 
@@ -244,7 +259,7 @@ impl Projectile {
     }
 
     fn complete_edge_radius(&mut self, record: &Provenance) -> Result<(), CaseError> {
-        if self.shape.length() == 0.0 {
+        if self.shape.sizes()[1] == 0.0 {
             return Ok(());
         }
         let largest = self.shape.largest_edge();

@@ -6,8 +6,8 @@ use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
 use super::error::{is_at_or_below, short_number_text, text_of, whole};
+use super::keys::split_unit;
 use super::keys::{Key, keys, lookup, order};
-use super::keys::{Word, split_unit};
 use super::{Case, CaseError, Layer, grading};
 
 /// One field of the case and where its value came from.
@@ -157,14 +157,6 @@ impl Provenance {
     pub(super) fn fill(&self, pointer: &str, value: &mut f64, si: f64, how: &str, assumed: bool) {
         if !self.has(pointer) {
             *value = self.derive(pointer, si, how, assumed);
-        }
-    }
-
-    /// Puts a choice into the place of one that was left out, and records it as its key says.
-    pub(super) fn fill_choice<W: Word>(&self, pointer: &str, value: &mut W, otherwise: W) {
-        if !self.has(pointer) {
-            *value = otherwise;
-            self.derive_text(pointer, otherwise.word(), "", false);
         }
     }
 

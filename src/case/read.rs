@@ -14,7 +14,7 @@ use super::fabric_file::{self, FabricSource, Inlined};
 use super::keys::{CASE, without_aliases};
 use super::provenance::{Provenance, in_si, typed};
 use super::set::{self, Set};
-use super::{Case, CaseKeys, limits, pack, variability};
+use super::{Case, CaseKeys, limits, pack, solver, variability};
 
 /// Largest size of a case file [bytes]; a larger file is something else.
 const MAX_BYTES: u64 = 1 << 20;
@@ -155,6 +155,7 @@ fn built(document: &Value) -> Result<Case, Vec<CaseError>> {
     }
     let mut document = document.clone();
     let record = Provenance::of(&mut document);
+    solver::derive(&mut document, &record);
     in_si(&CASE, &mut document);
     pack::share_with_layup(&mut document);
     typed("", document).and_then(|keys: CaseKeys| keys.case(record)).map_err(|error| vec![error])

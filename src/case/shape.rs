@@ -109,24 +109,17 @@ impl Shape {
 
     /// Largest diameter [m].
     pub fn diameter(&self) -> f64 {
-        match *self {
-            Self::Cylinder { diameter, .. }
-            | Self::Sphere { diameter }
-            | Self::Cone { diameter, .. }
-            | Self::Ogive { diameter, .. }
-            | Self::Fragment { diameter, .. }
-            | Self::Bar { diameter, .. } => diameter,
-        }
+        self.sizes()[0]
     }
 
-    /// Whole length [m]; 0 of a ball and a bar.
-    pub(super) fn length(&self) -> f64 {
+    /// Largest diameter and whole length, 0 of a ball and a bar [m].
+    pub(super) fn sizes(&self) -> [f64; 2] {
         match *self {
-            Self::Cylinder { length, .. }
-            | Self::Cone { length, .. }
-            | Self::Ogive { length, .. }
-            | Self::Fragment { length, .. } => length,
-            Self::Sphere { .. } | Self::Bar { .. } => 0.0,
+            Self::Sphere { diameter } | Self::Bar { diameter, .. } => [diameter, 0.0],
+            Self::Cylinder { diameter, length }
+            | Self::Cone { diameter, length, .. }
+            | Self::Ogive { diameter, length, .. }
+            | Self::Fragment { diameter, length, .. } => [diameter, length],
         }
     }
 

@@ -2,8 +2,9 @@
 
 use schemars::JsonSchema;
 use serde::Deserialize;
+use serde_json::{Value, json};
 
-use super::error::{number_text, percent, quote, short_number_text};
+use super::error::{json_number, number_text, percent, quote, short_number_text, text_of};
 use super::keys::choices;
 use super::provenance::Provenance;
 use super::{Along, CaseError, Motion, Pack, Projectile};
@@ -18,94 +19,100 @@ const LONGEST: f64 = 1e-3;
 /// End of such a shot where no ply spans between two clamped sides [s]. What nothing holds stops the projectile when all of it moves: 150 mm at
 /// 50 m/s take 5.2 ms. What one side holds swings first: 100 mm at 120 m/s take 2.5 ms.
 const LONGEST_LOOSE: f64 = 8e-3;
-/// Length along a yarn over which its failure is judged [m]; assumed.
-const FAILURE_LENGTH: f64 = 0.9e-3;
+/// Length along a yarn over which its failure is judged [mm]; assumed.
+const FAILURE_LENGTH: f64 = 0.9;
 
 /// Time integration.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[non_exhaustive]
 pub struct Solver {
     /// End of the run. Needed where nothing flies freely into the pack, or run_until is "end_time" [s].
+    ///
+    /// Otherwise: when the outcome is known, after 1000 µs at the latest, 8000 µs where no two opposite sides are clamped.
     #[serde(default)]
-    #[schemars(rename = "end_time_us", range(min = 1e-6, max = 1e9), extend("derived" = WITH_THE_OUTCOME))]
+    #[schemars(rename = "end_time_us", range(min = 1e-6, max = 1e9))]
     pub end_time: f64,
     /// The scheme that keys left out take their values from: ripstop's own, or the paper's (one even element per crossover, contact
     /// at nodes, stretches at the centre, no viscosity).
-    #[schemars(extend("default" = "default", "source" = "measured: tension shocks neither ring nor make energy"))]
+    ///
+    /// Default: measured: tension shocks neither ring nor make energy.
+    #[schemars(extend("default" = "default"))]
     pub numerics: Numerics,
-    /// How far the mesh around the hit is refined, where elements_per_crossover is left out.
-    #[schemars(extend("default" = "default", "source" = "measured: a ballistic limit within 5 % of the converged one"))]
+    /// Refinement of the mesh around the hit, where elements_per_crossover is left out.
+    ///
+    /// Default: measured: a ballistic limit within 5 % of the converged one.
+    #[schemars(extend("default" = "default"))]
     pub accuracy: Accuracy,
     /// Time step over the critical one.
+    ///
+    /// Default: model: margin for contact, shear and hourglass stiffness.
     #[schemars(range(max = 1), extend("exclusiveMinimum" = 0, "help" = UNSTABLE))]
-    #[schemars(extend("default" = 0.9, "source" = "model: margin for contact, shear and hourglass stiffness"))]
+    #[schemars(extend("default" = 0.9))]
     pub courant: f64,
     /// Hourglass stiffness over the full-integration stiffness.
-    #[schemars(range(min = 0, max = 1))]
-    #[schemars(extend("default" = 0.001, "source" = "model: keeps hourglass energy small without stiffening"))]
+    ///
+    /// Default: model: keeps hourglass energy small without stiffening.
+    #[schemars(range(min = 0, max = 1), extend("default" = 0.001))]
     pub hourglass: f64,
     /// Viscosity along the yarns over the stiffness, times length of an element over wave speed, for smooth waves one crossover at most;
     /// 0: none, as in the paper.
-    #[serde(default)]
-    #[schemars(range(min = 0, max = 1), extend("derived" = PEAKS))]
+    ///
+    /// Otherwise: 0.3, where a bar strikes 0.8, measured: tension behind a shock peaks at most a third above its plateau; 0 with
+    /// "numerics": "paper".
+    #[schemars(range(min = 0, max = 1))]
     pub shock_viscosity: f64,
     /// Length along a yarn over which the strain that breaks it is averaged, and which breaks; over its width the root mean square
     /// counts. 0: that of an element, as in the paper [m].
-    #[serde(default)]
-    #[schemars(rename = "failure_length_mm", range(min = 0, max = 100), extend("derived" = YARN_WIDTH))]
+    ///
+    /// Otherwise: 0.9, assumed: the order of a yarn's width; 0 with "numerics": "paper".
+    #[schemars(rename = "failure_length_mm", range(min = 0, max = 100))]
     pub failure_length: f64,
     /// Whether mirror symmetry may be used.
-    #[schemars(extend("default" = "auto", "source" = "same result, less work"))]
+    ///
+    /// Default: same result, less work.
+    #[schemars(extend("default" = "auto"))]
     pub symmetry: Symmetry,
     /// Where contact with the projectile is sampled: at nodes, or also where the rim of a flat face crosses the edges of elements.
-    #[serde(default = "nodes")]
-    #[schemars(extend("derived" = NEARER))]
+    ///
+    /// Otherwise: edges, measured: before failure nearer to a finer mesh than nodes; nodes with "numerics": "paper".
     pub contact_sampling: ContactSampling,
     /// Where an element's stretches are taken: at its centre, or as the root of the mean of their squares over the element.
-    #[serde(default = "centre")]
-    #[schemars(extend("derived" = WITHIN_1_PERCENT))]
+    ///
+    /// Otherwise: mean, measured: the ballistic limit is within 1 % of the converged one, not 4 %; centre with "numerics": "paper".
     pub stretch_sampling: StretchSampling,
     /// When the run ends: with the outcome, when a projectile that stopped is free of the fabric too, or at end_time_us.
-    #[schemars(extend("default" = "outcome", "source" = "nothing asked for happens after it"))]
+    ///
+    /// Default: nothing asked for happens after it.
+    #[schemars(extend("default" = "outcome"))]
     pub run_until: RunUntil,
 }
 
-const WITH_THE_OUTCOME: &str =
-    "when the outcome is known, after 1000 µs at the latest, 8000 µs where no two opposite sides are clamped";
 const UNSTABLE: &str = "above 1 the time step exceeds the critical step and leapfrog integration is unstable";
-const PEAKS: &str = "0.3, where a bar strikes 0.8, measured: tension behind a shock peaks at most a third above its plateau; \
-    0 with \"numerics\": \"paper\"";
-const YARN_WIDTH: &str = "0.9, assumed: the order of a yarn's width; 0 with \"numerics\": \"paper\"";
-const NEARER: &str =
-    "edges, measured: before failure nearer to a finer mesh than nodes; nodes with \"numerics\": \"paper\"";
-const WITHIN_1_PERCENT: &str = "mean, measured: the ballistic limit is within 1 % of the converged one, not 4 %; \
-    centre with \"numerics\": \"paper\"";
 
-fn nodes() -> ContactSampling {
-    ContactSampling::Nodes
-}
-
-fn centre() -> StretchSampling {
-    StretchSampling::Centre
-}
-
-/// What is written and how often.
+/// Output of a run, and its intervals.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[non_exhaustive]
 pub struct Output {
     /// Interval of history.csv, at most end_time_us [s].
-    #[schemars(rename = "history_interval_us", range(min = 1e-6, max = 1e9))]
-    #[schemars(extend("default" = 0.5, "source" = "a few hundred rows for a shot"))]
+    ///
+    /// Default: a few hundred rows for a shot.
+    #[schemars(rename = "history_interval_us", range(min = 1e-6, max = 1e9), extend("default" = 0.5))]
     pub history_interval: f64,
     /// Frames for ParaView, evenly from impact to the end of the run.
-    #[schemars(range(min = 0, max = 10_000), extend("default" = 0, "source" = "none asked for"))]
+    ///
+    /// Default: none asked for.
+    #[schemars(range(min = 0, max = 10_000), extend("default" = 0))]
     pub frames: u32,
     /// Times of deflection profiles, ascending [s].
+    ///
+    /// Default: none asked for.
     #[schemars(rename = "profile_times_us", length(min = 0, max = 1000), inner(range(min = 0, max = 1e9)))]
-    #[schemars(extend("default" = [], "source" = "none asked for"))]
+    #[schemars(extend("default" = []))]
     pub profile_times: Vec<f64>,
     /// Direction of the profiles, through the point of impact.
-    #[schemars(extend("default" = "warp", "source" = "the first axis"))]
+    ///
+    /// Default: the first axis.
+    #[schemars(extend("default" = "warp"))]
     pub profile_along: Along,
 }
 
@@ -162,23 +169,27 @@ choices! {
     }
 }
 
-impl Solver {
-    /// Completes everything but the end of the run.
-    pub(super) fn complete(&mut self, projectile: Option<&Projectile>, record: &Provenance) {
-        let paper = self.numerics == Numerics::Paper;
-        let (viscosity, length) = match projectile {
-            _ if paper => (0.0, 0.0),
-            Some(projectile) if projectile.shape.is_bar() => (VISCOSITY_ALONG_A_BAR, FAILURE_LENGTH),
-            _ => (VISCOSITY, FAILURE_LENGTH),
-        };
-        record.fill("/solver/shock_viscosity", &mut self.shock_viscosity, viscosity, "", false);
-        record.fill("/solver/failure_length_mm", &mut self.failure_length, length, "", !paper);
-        let contact = if paper { ContactSampling::Nodes } else { ContactSampling::Edges };
-        record.fill_choice("/solver/contact_sampling", &mut self.contact_sampling, contact);
-        let stretch = if paper { StretchSampling::Centre } else { StretchSampling::Mean };
-        record.fill_choice("/solver/stretch_sampling", &mut self.stretch_sampling, stretch);
+/// Puts what follows from the scheme into the place of keys of the solver that are left out.
+pub(super) fn derive(document: &mut Value, record: &Provenance) {
+    let (viscosity, length, contact, stretch) = match document["solver"]["numerics"] == "paper" {
+        true => (0.0, 0.0, "nodes", "centre"),
+        false if document["projectile"]["shape"] == "bar" => (VISCOSITY_ALONG_A_BAR, FAILURE_LENGTH, "edges", "mean"),
+        false => (VISCOSITY, FAILURE_LENGTH, "edges", "mean"),
+    };
+    for (key, value, assumed) in [
+        ("shock_viscosity", json_number(viscosity), false),
+        ("failure_length_mm", json_number(length), length > 0.0),
+        ("contact_sampling", json!(contact), false),
+        ("stretch_sampling", json!(stretch), false),
+    ] {
+        if document["solver"].get(key).is_none() {
+            record.derive_text(&format!("/solver/{key}"), text_of(&value), "", assumed);
+            document["solver"][key] = value;
+        }
     }
+}
 
+impl Solver {
     /// Completes the end of the run.
     pub(super) fn complete_end(
         &mut self,

@@ -1,7 +1,7 @@
 //! Variability from shot to shot, and the case of one shot.
 //!
 //! A case with `variability` and no `shot` is the nominal one: nothing varies, and nothing costs time. With a `shot` its values are drawn
-//! and put in the places of the nominal ones, as if somebody had written them there; only the strength of yarns, of which there is one for
+//! and put in the places of the nominal ones, as if they were written there; only the strength of yarns, of which there is one for
 //! each element, is left to the model. Draws are a function of seed and shot, see [`random`](crate::num::random).
 
 use schemars::JsonSchema;
@@ -18,31 +18,46 @@ use crate::num::random::DrawKey;
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 pub struct Variability {
     /// Number that all draws come from.
-    #[schemars(range(min = 0, max = u32::MAX), extend("default" = 1, "source" = "one sequence of shots"))]
+    ///
+    /// Default: one sequence of shots.
+    #[schemars(range(min = 0, max = u32::MAX), extend("default" = 1))]
     pub seed: u32,
     /// The shot whose draws this case has, counted from 0.
-    #[schemars(range(min = 0, max = u32::MAX), extend("without" = "the nominal case: nothing varies"))]
+    ///
+    /// Left out: the nominal case: nothing varies.
+    #[schemars(range(min = 0, max = u32::MAX))]
     pub shot: Option<u32>,
     /// Where the projectile hits: the point of aim, or anywhere in the unit cell around it, evenly.
-    #[schemars(extend("default" = "aimed", "source" = "the point of aim"))]
+    ///
+    /// Default: the point of aim.
+    #[schemars(extend("default" = "aimed"))]
     pub hit: HitPlace,
     /// Impact velocity about the nominal one [m/s].
-    #[schemars(with = "Option<VelocityKeys>", extend("without" = CONSTANT))]
+    ///
+    /// Left out: it does not vary.
+    #[schemars(with = "Option<VelocityKeys>")]
     pub velocity: Option<Scattered>,
     /// Angle of the line of flight about the nominal one; at normal incidence in any direction [rad].
-    #[schemars(with = "Option<AngleKeys>", extend("without" = CONSTANT))]
+    ///
+    /// Left out: it does not vary.
+    #[schemars(with = "Option<AngleKeys>")]
     pub obliquity: Option<Scattered>,
     /// Yaw about the nominal one, in the plane of the azimuth; at normal incidence in any direction [rad].
-    #[schemars(with = "Option<AngleKeys>", extend("without" = CONSTANT))]
+    ///
+    /// Left out: it does not vary.
+    #[schemars(with = "Option<AngleKeys>")]
     pub yaw: Option<Scattered>,
     /// Axial modulus of the fibre: one draw for warp, one for weft of a fabric.
-    #[schemars(extend("without" = CONSTANT))]
+    ///
+    /// Left out: it does not vary.
     pub modulus: Option<Scattered>,
     /// Crimp: one draw for warp, one for weft of a fabric; an areal density that is given stays.
-    #[schemars(extend("without" = CONSTANT))]
+    ///
+    /// Left out: it does not vary.
     pub crimp: Option<Scattered>,
     /// Strength of yarns along their length and between them, after Weibull.
-    #[schemars(extend("without" = CONSTANT))]
+    ///
+    /// Left out: it does not vary.
     pub yarn_strength: Option<YarnStrength>,
 }
 
@@ -51,7 +66,9 @@ pub struct Variability {
 #[non_exhaustive]
 pub struct Scattered {
     /// Distribution about the nominal value.
-    #[schemars(extend("default" = "normal", "source" = MANY_CAUSES))]
+    ///
+    /// Default: assumed: many small causes.
+    #[schemars(extend("default" = "normal"))]
     pub distribution: Distribution,
     /// Standard deviation of a normal distribution, half the width of a uniform one, over the nominal value.
     #[schemars(range(max = 0.5), extend("exclusiveMinimum" = 0))]
@@ -62,7 +79,9 @@ pub struct Scattered {
 #[allow(dead_code, reason = "for their schema")]
 struct VelocityKeys {
     /// Distribution about the nominal value.
-    #[schemars(extend("default" = "normal", "source" = MANY_CAUSES))]
+    ///
+    /// Default: assumed: many small causes.
+    #[schemars(extend("default" = "normal"))]
     distribution: Distribution,
     /// Standard deviation of a normal distribution, half the width of a uniform one.
     #[schemars(range(max = 1000), extend("exclusiveMinimum" = 0))]
@@ -73,7 +92,9 @@ struct VelocityKeys {
 #[allow(dead_code, reason = "for their schema")]
 struct AngleKeys {
     /// Distribution about the nominal value.
-    #[schemars(extend("default" = "normal", "source" = MANY_CAUSES))]
+    ///
+    /// Default: assumed: many small causes.
+    #[schemars(extend("default" = "normal"))]
     distribution: Distribution,
     /// Standard deviation of a normal distribution, half the width of a uniform one.
     #[schemars(range(max = 45), extend("exclusiveMinimum" = 0))]
@@ -109,7 +130,9 @@ pub struct YarnStrength {
     #[schemars(rename = "gauge_length_mm", range(min = 0.01, max = 1e5))]
     pub gauge_length: f64,
     /// Weibull's shape of the distribution of whole yarns about mean 1.
-    #[schemars(range(min = 1, max = 1000), extend("without" = "yarns do not differ but along their length"))]
+    ///
+    /// Left out: yarns do not differ but along their length.
+    #[schemars(range(min = 1, max = 1000))]
     pub yarn_shape: Option<f64>,
 }
 
@@ -138,10 +161,6 @@ pub(crate) const RANGE_STREAM: u32 = 6;
 
 /// Degrees in a radian.
 const DEGREES: f64 = 180.0 / std::f64::consts::PI;
-/// Meaning of a quantity that is left out.
-const CONSTANT: &str = "it does not vary";
-/// Source of the default distribution.
-const MANY_CAUSES: &str = "assumed: many small causes";
 
 impl Scattered {
     /// Deviation from the nominal value for a number that is uniform between 0 and 1; in the unit of the scatter.
@@ -195,7 +214,7 @@ impl Variability {
         self.shot.is_some() && self.yarn_strength.is_some()
     }
 
-    /// The key of the draws of a whole shot; `number` tells several of one kind apart.
+    /// The key of the draws of a whole shot; `number` distinguishes several of one kind.
     fn key(&self, stream: u32, number: u32) -> DrawKey {
         let shot = self.shot.unwrap_or(0);
         DrawKey { seed: u64::from(self.seed), shot, ply: DrawKey::WHOLE, yarn: stream, element: number }

@@ -76,47 +76,7 @@ fn tex_dtex_and_counts_per_cm_are_the_same_yarn() {
 }
 
 /// Cases, and pointers to fields of theirs or to what is around these: a case as [`document_of`] reads it, then `?` and pointers.
-const FIELDS: &str = r#"
-good ? /fabric/warp/modulus_gpa /fabric/weft/modulus_gpa /fabric/crossover /expect
-good & -/fabric/crossover & -/fabric/shear & -/fabric/thickness_mm & -/sources & -/pack/layup & -/pack/spacing_mm & -/pack/edges/top ? /fabric/crossover /fabric/shear /fabric/thickness_mm /pack
-good & -/fabric/areal_density_g_m2 ? /fabric/areal_density_g_m2
-good & /fabric/weft={"absent": true, "count_per_cm": 8} ? /fabric/weft
-good & /fabric/crossover/compression="rigid" & /fabric/shear="none" & /pack/edges="free" ? /fabric/crossover /fabric/shear /pack/edges
-good & /fabric/crossover/law="shahkarami_vaziri" ? /fabric/crossover/law
-good & -/fabric/thickness_mm ? /fabric/thickness_mm
-good & -/projectile/axial_inertia_g_mm2 & -/projectile/transverse_inertia_g_mm2 & -/projectile/friction ? /projectile
-good & /output/profile_times_us=[] & /variability={"hit": "unit_cell", "velocity": {"scatter_m_s": 10}, "yarn_strength": {"shape": 9, "gauge_length_mm": 50}} ? /output /variability
-plain ? /pack /projectile /solver /output
-plain & /solver={"numerics": "paper"} ? /pack/elements_per_crossover /pack/mesh_grading /solver
-plain & /solver={"accuracy": "converged"} ? /pack/elements_per_crossover
-plain & /projectile=null & /solver={"end_time_us": 9} ? /pack/elements_per_crossover /projectile /solver/end_time_us
-plain & /projectile={"shape": "bar", "diameter_mm": 10, "velocity_m_s": 5, "motion": "prescribed"} & /solver={"end_time_us": 9} ? /projectile /pack/elements_per_crossover /solver/shock_viscosity
-plain & -/projectile/mass_g & /projectile/density_kg_m3=7850 ? /projectile/mass_g
-plain & /projectile/density_kg_m3=7850 ? /projectile/mass_g
-plain & /pack/edges={"left": "clamped", "right": "free", "bottom": "clamped", "top": "free"} ? /solver/end_time_us
-plain & /pack/edges={"left": "free", "right": "roller"} ? /solver/end_time_us
-plain & /pack/edges="roller" ? /solver/end_time_us
-plain & /pack/edges="roller" & /pack/layup=[{}, {"edges": "clamped"}] ? /solver/end_time_us
-cone ? /projectile /pack/elements_per_crossover
-cone & /projectile/diameter_mm=3 & /projectile/nose_length_mm=5 ? /projectile/edge_radius_mm /projectile/nose_length_mm
-cone & /projectile/length_mm=0.2 ? /projectile/edge_radius_mm
-cone & /projectile/edge_radius_mm=0 ? /projectile/edge_radius_mm
-ogive ? /projectile/nose_length_mm /projectile/edge_radius_mm
-ogive & /projectile/length_mm=8 ? /projectile/nose_length_mm
-ogive & /projectile/nose_length_mm=3 ? /projectile/nose_length_mm /projectile/edge_radius_mm
-fragment ? /projectile
-fsp ? /projectile/shape
-rcc ? /projectile/shape
-laid ? /pack
-laid & /pack/edges="roller" & /pack/initial_velocity_m_s=[0, 0, 7] & /pack/layup/1/edges={"left": "free"} & /sources={"/pack/edges": "assumed: not said"} ? /pack/layup/0 /pack/layup/1/edges
-laid & /pack/crossovers_per_element=2 & /pack/layup/1/orientation_deg=90 ? /pack/layup/0 /pack/layup/1/columns /pack/layup/1/rows
-laid & /pack/elements_per_crossover=4 ? /pack/layup/0/columns /pack/layup/0/rows
-laid & /pack/layup/1/fabric/thickness_mm=0.45 & /pack/layup/1/fabric/shear="none" & /pack/layup/1/plies=1 ? /pack/spacing_mm
-laid & /pack/layup/1/fabric/thickness_mm=0.45 & /pack/layup/1/fabric/shear="none" ? /pack/spacing_mm
-laid & -/pack/layup/1/fabric/thickness_mm & /pack/layup/1/fabric/shear="none" & /pack/layup/1/plies=1 ? /pack/spacing_mm
-laid & /sources={"/fabric/shear": "assumed: guessed", "/pack": "a frame"} & --set /pack/layup/0/fabric/shear/g2_mpa=70 ? /pack/layup/0/fabric/shear /pack/layup/0/fabric/warp/crimp
-good & --set /projectile/mass_g=4 & --set /fabric/crossover/compression/a_mm=0.2 ? /projectile/mass_g /fabric/crossover/compression
-"#;
+const FIELDS: &str = include_str!("fields.txt");
 
 #[test]
 fn fields_have_their_values_and_sources() {
