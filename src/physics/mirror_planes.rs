@@ -47,7 +47,3 @@ pub enum Cut {
     /// At its last nodes: their images lie behind them.
     Last,
 }
-
-#[cfg(test)]
-#[path = "mirror_planes_tests.rs"]
-mod tests;
