@@ -203,7 +203,12 @@ const STATUS_WORDS: u32 = 12u;
 /// See `Line`. A texture: kernels already bind the eight storage buffers that every device has.
 @group(0) @binding(3) var grid_lines: texture_2d<f32>;
 
-/// Number of an invocation among those of its shot, in a dispatch that may spread over two dimensions.
-fn invocation(group: vec3<u32>, groups: vec3<u32>, local: u32) -> u32 {
-    return (group.y * groups.x + group.x) * GROUP + local;
+/// Place of an invocation in a dispatch, which may spread over two dimensions; the third counts shots.
+struct Invocation {
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
 }
+
+/// Number of an invocation among those of its shot.
+fn invocation_number(id: Invocation) -> u32 { return (id.group.y * id.groups.x + id.group.x) * GROUP + id.local; }

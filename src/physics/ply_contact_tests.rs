@@ -134,11 +134,6 @@ impl Random {
     fn vector(&mut self, size: f64) -> Vector3<f64> {
         Vector3::from([0, 1, 2].map(|_| size * self.next()))
     }
-
-    /// One of some numbers.
-    fn pick(&mut self, of: &[f64]) -> f64 {
-        of[((0.5 + 0.5 * self.next()) * of.len() as f64) as usize % of.len()]
-    }
 }
 
 #[test]

@@ -41,7 +41,6 @@ fn check(body: &Body, point: [f64; 3], distance: f64, normal: [f64; 3]) {
 const OGIVE: Shape = Shape::Ogive { diameter: 6.0, length: 7.0, nose_length: 3.0 * std::f64::consts::SQRT_2 };
 /// The shortest ogive there is.
 const HALF_BALL: Shape = Shape::Ogive { diameter: 6.0, length: 7.0, nose_length: 3.0 };
-const FRAGMENT: Shape = Shape::Fragment { diameter: 6.0, length: 7.0, nose_flat: 2.8, nose_angle: 0.6, roll: 0.0 };
 
 /// Numbers between −8 and 8.
 pub(crate) struct Numbers(pub(crate) u32);
