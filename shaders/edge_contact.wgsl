@@ -205,7 +205,7 @@ fn push_back(count: u32, local: u32) {
             touches[touch_number(t)].normal_impulse = (along - turned.w) / touches[touch_number(t)].root;
         }
     }
-    if (RIM) {
+    if (EDGES) {
         storageBarrier();
         for (var m = local; m < count; m += WIDTH) {
             if (leads(m)) { substitute_back(m, end_of(m, count)); }

@@ -26,7 +26,7 @@ fn mark_node(node: u32) {
 /// more, and the nodes at the other ends of its edges with it. Vectors are in the axes of the pack.
 fn mark(node: u32, reference: vec3<f32>, displacement: vec3<f32>, speed: f32, depth: f32) {
     var room = 1.01 * scene.dt * (speed + 1.1 * body.velocity.w) + 1e-6 * scene.body_bounding_radius;
-    if (RIM) { room += scene.rim_depth; }
+    if (EDGES) { room += scene.rim_depth; }
     let local = rotate_back(body.orientation, arm_of(body.nose_coarse, body.nose_fine, reference, displacement));
     let moved = rotate_back(body.orientation, vec3<f32>(0.0, 0.0, -depth));
     let pressed = local + moved;
@@ -35,7 +35,7 @@ fn mark(node: u32, reference: vec3<f32>, displacement: vec3<f32>, speed: f32, de
     let gap = max(across - scene.body_radius, along);
     if (gap > room) { return; }
     mark_node(node);
-    if (RIM) {
+    if (EDGES) {
         let ply = node_ply(node);
         let place = node_place(node);
         if (place.y > 0u) { mark_node(node - 1u); }

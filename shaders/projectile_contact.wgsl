@@ -46,7 +46,7 @@ fn part_of_touch(t: u32) -> f32 {
 }
 
 /// Whether a point of the rim lies on an edge that ends at the node of a point.
-fn is_constrained(p: u32) -> bool { return RIM && points[point_number(p)].constrained != 0u; }
+fn is_constrained(p: u32) -> bool { return EDGES && points[point_number(p)].constrained != 0u; }
 
 fn through_edges(p: u32) -> Through {
     var sum: Through;
@@ -116,7 +116,7 @@ fn slip_of(t: u32) -> vec3<f32> {
 /// One solve for the body's motion with what pushes attached, and the impulses. `count`: touches that share nodes; `same`: whether those
 /// that push are those of the last solve, so that friction alone has changed.
 fn common_velocity(count: u32, same: bool, local: u32) {
-    if (RIM) {
+    if (EDGES) {
         // Masses of points are those of all.
         storageBarrier();
     }
@@ -126,7 +126,7 @@ fn common_velocity(count: u32, same: bool, local: u32) {
             ask(t);
         }
     }
-    if (RIM) {
+    if (EDGES) {
         storageBarrier();
         for (var m = local; m < count; m += WIDTH) {
             if (leads(m)) { eliminate(m, end_of(m, count), same); }
@@ -229,7 +229,7 @@ fn solve(local: u32) {
     var shared_out = false;
     var same = false;
     var count = 0u;
-    if (RIM) { count = list_members(local); }
+    if (EDGES) { count = list_members(local); }
     loop {
         propagate(local);
         if (!solved) {

@@ -206,7 +206,7 @@ fn projectile_points(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_inv
     var deepest = 0.0;
     for (var p = local; p < count; p += WIDTH) { deepest = max(deepest, take_in(p)); }
     var number = 0u;
-    if (RIM) {
+    if (EDGES) {
         storageBarrier();
         number = find_constraints(count, local);
         storageBarrier();

@@ -57,7 +57,7 @@ fn arc_side(normal: vec2<f32>, edge: vec2<f32>, start: vec2<f32>) -> Side {
 /// Gap of a point given in the body's frame [m]: x, y across the axis, z along it from the tip of the nose.
 fn surface_distance(point: vec3<f32>) -> Gap {
     // What has a round rim is no chisel.
-    if (!RIM && scene.chisel != 0u) { return chisel_gap(point); }
+    if (!EDGES && scene.chisel != 0u) { return chisel_gap(point); }
     let rho = axis_distance(point);
     let s = point.z;
     var best = 1e30;

@@ -31,7 +31,7 @@ override LAW_ENERGY: bool = true;
 override PROJECTILE: bool = true;
 override FRICTION: bool = true;
 /// Whether the rim of its face is sampled where it crosses the edges of elements.
-override RIM: bool = true;
+override EDGES: bool = true;
 /// Whether the projectile may turn.
 override ROTATION: bool = true;
 /// Whether the step fills in the energies of the state.

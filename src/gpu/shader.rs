@@ -286,7 +286,7 @@ pub fn constants(terms: &Features, ledger: bool) -> [(&'static str, f64); 20] {
         ("LAW_ENERGY", flag(terms.law_energy)),
         ("PROJECTILE", flag(terms.projectile)),
         ("FRICTION", flag(terms.friction)),
-        ("RIM", flag(terms.edges)),
+        ("EDGES", flag(terms.edges)),
         ("ROTATION", flag(terms.rotation)),
         ("SAMPLED", flag(ledger)),
         ("PLIES", flag(terms.plies)),

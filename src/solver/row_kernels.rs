@@ -103,29 +103,24 @@ pub trait KernelScalar: Scalar {
     fn broad_phase(vectors: Vectors) -> Box<dyn BroadPhase<Self>>;
 }
 
-impl KernelScalar for f64 {
-    #[inline(never)]
-    fn kernels(ply_type: &PlyType<Self>, vectors: Vectors) -> Box<dyn RowKernels<Self>> {
-        crate::with_law!(ply_type.law, L => of_law::<Self, L>(ply_type, vectors))
-    }
+macro_rules! kernel_scalar {
+    ($scalar:ty) => {
+        impl KernelScalar for $scalar {
+            #[inline(never)]
+            fn kernels(ply_type: &PlyType<Self>, vectors: Vectors) -> Box<dyn RowKernels<Self>> {
+                crate::with_law!(ply_type.law, L => of_law::<Self, L>(ply_type, vectors))
+            }
 
-    #[inline(never)]
-    fn broad_phase(vectors: Vectors) -> Box<dyn BroadPhase<Self>> {
-        broad_phase(vectors)
-    }
+            #[inline(never)]
+            fn broad_phase(vectors: Vectors) -> Box<dyn BroadPhase<Self>> {
+                broad_phase(vectors)
+            }
+        }
+    };
 }
 
-impl KernelScalar for f32 {
-    #[inline(never)]
-    fn kernels(ply_type: &PlyType<Self>, vectors: Vectors) -> Box<dyn RowKernels<Self>> {
-        crate::with_law!(ply_type.law, L => of_law::<Self, L>(ply_type, vectors))
-    }
-
-    #[inline(never)]
-    fn broad_phase(vectors: Vectors) -> Box<dyn BroadPhase<Self>> {
-        broad_phase(vectors)
-    }
-}
+kernel_scalar!(f64);
+kernel_scalar!(f32);
 
 fn of_law<S: Scalar, L: LawKernel>(ply_type: &PlyType<S>, vectors: Vectors) -> Box<dyn RowKernels<S>> {
     let constants = ply_type.constants::<S, L>();
