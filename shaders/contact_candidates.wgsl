@@ -19,9 +19,7 @@ fn collect(local: u32) -> u32 {
         for (var rest = bits; rest != 0u; rest &= rest - 1u) {
             let word = summary * 32u + firstTrailingBit(rest);
             for (var marks = atomicLoad(&candidates[mark_word(word)]); marks != 0u; marks &= marks - 1u) {
-                if (at < scene.points) {
-                    points[point_number(at)].node = first_node() + word * 32u + firstTrailingBit(marks);
-                }
+                if (at < scene.points) { points[point_number(at)].node = first_node() + word * 32u + firstTrailingBit(marks); }
                 at += 1u;
             }
             atomicStore(&candidates[mark_word(word)], 0u);
@@ -95,9 +93,7 @@ fn look(node: u32) -> Seen {
     let approach = dot(relative, seen.normal);
     if (stays_away(g.distance, approach)) { return seen; }
     let along = dot(seen.normal, inverse_in_pack(ply, place) * seen.normal);
-    if (scene.body_prescribed != 0u && along <= 0.0) {
-        return seen; // both are held: neither can give way
-    }
+    if (scene.body_prescribed != 0u && along <= 0.0) { return seen; } // both are held: neither can give way
     seen.state = select(NEAR, PUSHING, approach < closing_limit(g.distance));
     return seen;
 }

@@ -45,13 +45,6 @@ fn stored(field: u32, element: u32) -> vec3<f32> {
     return vec3<f32>(forces[field * e + element], forces[(field + 1u) * e + element], forces[(field + 2u) * e + element]);
 }
 
-fn kept_predictor(element: u32) -> Predictor {
-    let e = scene.elements;
-    return Predictor(
-        vec2<f32>(heights[element], heights[e + element]),
-        vec2<f32>(heights[2u * e + element], heights[3u * e + element]));
-}
-
 fn keep_heights(element: u32, height: vec2<f32>, predictor: Predictor) {
     let e = scene.elements;
     heights[element] = predictor.dh_dstretch.x;
@@ -263,15 +256,16 @@ fn element_step(element: u32) -> u32 {
     let at = corners(element);
     let motion = motion_of(element, at);
     let height = vec2<f32>(heights[4u * e + element], heights[5u * e + element]);
-    let warm = predicted(kept_predictor(element), height, stretching(motion.k, motion.grown));
+    let slopes = vec2<f32>(heights[element], heights[e + element]);
+    let kept = Predictor(slopes, vec2<f32>(heights[2u * e + element], heights[3u * e + element]));
+    let warm = predicted(kept, height, stretching(motion.k, motion.grown));
     let cell = solve(motion.k.stretch, warm, both);
     let yarns_left = judge(element, motion.k.stretch, cell, was_alive);
     let acting = forces_of(element, motion, cell, yarns_left);
     keep_forces(element, motion, acting);
     keep_heights(element, cell.height, cell.predictor);
     if (any(yarns_left.failed)) { release(element, motion, cell, yarns_left, acting); }
-    let alive = yarns_left.alive;
-    let bits = select(0u, 1u, alive.x) | select(0u, 2u, alive.y);
+    let bits = select(0u, 1u, yarns_left.alive.x) | select(0u, 2u, yarns_left.alive.y);
     flags[element] = (word & 0xffffff00u) + (cell.iterations << 8u) + bits;
     if (SAMPLED) { keep_state(element, at, motion, cell, yarns_left, acting); }
     return select(0xffffffffu, bitcast<u32>(cell.residual), cell.converged || !both);

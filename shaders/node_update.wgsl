@@ -73,8 +73,6 @@ fn node_update(id: Invocation) {
     }
     let square = dot(v, v);
     if (!finite(square)) { atomicMin(&status[counter(BAD_STEP)], step.index); }
-    if (held(ply, place) != 0u) {
-        add_support(ply, place, select(vec3<f32>(0.0), -step.kick * force, inverse <= vec3<f32>(0.0)));
-    }
+    if (held(ply, place) != 0u) { add_support(ply, place, select(vec3<f32>(0.0), -step.kick * force, inverse <= vec3<f32>(0.0))); }
     if (PROJECTILE) { mark(node, in_pack, to_pack(ply, u), sqrt(square), plies[ply].depth); }
 }

@@ -76,9 +76,7 @@ fn ply_impulse(id: Invocation) {
     let number = invocation_number(id);
     if (number >= scene.shot_nodes || step.index > atomicLoad(&status[counter(BAD_STEP)])) { return; }
     let node = first_node() + number;
-    if (shares[node] == 0u) {
-        return; // a node in contact has a share
-    }
+    if (shares[node] == 0u) { return; } // a node in contact has a share
     for (var side = 0u; side < 2u; side++) {
         if (contacts[side * scene.nodes + node].foot.w != 0.0) { press(node_ply(node), node, side); }
     }

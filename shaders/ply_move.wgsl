@@ -85,7 +85,5 @@ fn ply_move(id: Invocation) {
         // Viscosity sees velocities alone: against it nothing is stored, and nothing dissipated.
         accounts[at + 2u * n] -= dot(force - viscous_force(node, place), way);
     }
-    if (held(ply, place) != 0u) {
-        add_support(ply, place, -select(vec3<f32>(0.0), impulse, inverse <= vec3<f32>(0.0)));
-    }
+    if (held(ply, place) != 0u) { add_support(ply, place, -select(vec3<f32>(0.0), impulse, inverse <= vec3<f32>(0.0))); }
 }

@@ -6,9 +6,7 @@ const NO_PLY: u32 = 0xffffffffu;
 
 /// The ply in front (0) or behind (1).
 fn neighbour(ply: u32, side: u32) -> u32 {
-    if (side == 0u) {
-        return ply - 1u; // of the first: NO_PLY
-    }
+    if (side == 0u) { return ply - 1u; } // of the first: NO_PLY
     return select(NO_PLY, ply + 1u, ply + 1u < scene.plies);
 }
 
