@@ -21,7 +21,7 @@ use crate::solver::projectile_contact::{ContactPoint, inertia_along};
 /// Compliance added to the diagonal of K, over itself in the whole scene [-]: two points that ask the same of a node share its impulse.
 ///
 /// A point close to a node has the small weight w at the far one. With this compliance s it gives the far node w/(w² + s) of
-/// its error, 1/(2√s) = 16 times at most, so that single precision rounds to what is allowed (`benches/NOTES.md`).
+/// its error, 1/(2√s) = 16 times at most, so that single precision rounds to what is allowed.
 pub const SHARED: f64 = 1e-3;
 /// Least pivot, over the diagonal of K [-]: below [`SHARED`], so that only rounding could reach it.
 pub const FLOOR: f64 = 1e-7;
@@ -104,16 +104,16 @@ impl EdgeContact {
     /// Gives every point of the rim its share of the masses of its nodes, by its weight among the points there: what
     /// friction meets.
     pub(crate) fn share_masses(&mut self, points: &mut [ContactPoint], body_mass: f64) {
-        let (nodes, rim) = points.split_at_mut(points.len() - self.constraints.len());
+        let (nodes, crossings) = points.split_at_mut(points.len() - self.constraints.len());
         self.weights.clear();
         self.weights.resize(nodes.len(), 0.0);
-        for (p, constraint) in rim.iter().zip(&self.constraints) {
+        for (p, constraint) in crossings.iter().zip(&self.constraints) {
             for (node, weight) in constraint.ends() {
                 // In the whole scene: a point has images at a node on a mirror plane.
                 self.weights[node] += weight * p.part;
             }
         }
-        for (p, constraint) in rim.iter_mut().zip(&self.constraints) {
+        for (p, constraint) in crossings.iter_mut().zip(&self.constraints) {
             let mut inverse = Vector3::zeros();
             let mut unheld = 0.0;
             for (node, weight) in constraint.ends() {
@@ -130,18 +130,18 @@ impl EdgeContact {
 
     /// Propagates impulses from the edges to their nodes, and velocities from the nodes to the edges.
     pub(crate) fn propagate(&self, points: &mut [ContactPoint]) {
-        let (nodes, rim) = points.split_at_mut(points.len() - self.constraints.len());
+        let (nodes, crossings) = points.split_at_mut(points.len() - self.constraints.len());
         for constraint in &self.constraints {
             for node in constraint.nodes {
                 nodes[node].edge_impulse = Vector3::zeros();
             }
         }
-        for (p, constraint) in rim.iter().zip(&self.constraints) {
+        for (p, constraint) in crossings.iter().zip(&self.constraints) {
             for (node, weight) in constraint.ends() {
                 nodes[node].edge_impulse += p.impulse() * weight;
             }
         }
-        for (p, constraint) in rim.iter_mut().zip(&self.constraints) {
+        for (p, constraint) in crossings.iter_mut().zip(&self.constraints) {
             p.free = constraint.between(|node| nodes[node].velocity()) - p.inverse.component_mul(&p.impulse());
         }
     }
@@ -239,10 +239,10 @@ impl EdgeContact {
 
     /// Velocities of the nodes with friction alone: the normal impulses of the points beside one are unknown like its own.
     fn free_of_pushes(&mut self, points: &[ContactPoint]) {
-        let (nodes, rim) = points.split_at(points.len() - self.constraints.len());
+        let (nodes, crossings) = points.split_at(points.len() - self.constraints.len());
         self.free.clear();
         self.free.extend(nodes.iter().map(|p| p.free + p.inverse.component_mul(&p.friction_impulse)));
-        for (p, constraint) in rim.iter().zip(&self.constraints) {
+        for (p, constraint) in crossings.iter().zip(&self.constraints) {
             for (node, weight) in constraint.ends() {
                 self.free[node] += nodes[node].inverse.component_mul(&p.friction_impulse) * weight;
             }

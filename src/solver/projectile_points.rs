@@ -39,7 +39,7 @@ pub(super) struct ProjectileContact {
     points: Vec<ContactPoint>,
     /// Where the rim crosses edges of elements.
     crossings: Vec<ContactPoint>,
-    rim: EdgeContact,
+    edge_contact: EdgeContact,
 }
 
 /// Edges from near nodes along rows and columns.
@@ -128,13 +128,13 @@ impl ProjectileContact {
         self.look_around(context, body);
         self.gather_points(context, body, nothing);
         if model.edges {
-            self.gather_rim(context, body, nothing);
+            self.gather_crossings(context, body, nothing);
         }
         if self.points.is_empty() {
             return;
         }
-        context.balance.add_contact(&projectile_contact::resolve(body, &mut self.points, &mut self.rim, model.dt));
-        let nodes = self.points.len() - self.rim.constraints.len();
+        context.balance.add_contact(&projectile_contact::resolve(body, &mut self.points, &mut self.edge_contact, model.dt));
+        let nodes = self.points.len() - self.edge_contact.constraints.len();
         let kick = context.kick();
         for p in self.points[..nodes].iter().filter(|p| p.touched()) {
             let velocity = p.velocity();
@@ -198,11 +198,11 @@ impl ProjectileContact {
 
     /// The points where the rim of a flat face crosses edges of elements and that may touch it in this step. The nodes at the
     /// ends of the edges join the others, far away where they do not touch the body themselves.
-    fn gather_rim<S: Scalar>(&mut self, context: &Context<'_, S>, body: &RigidBody, nothing: &[S]) {
+    fn gather_crossings<S: Scalar>(&mut self, context: &Context<'_, S>, body: &RigidBody, nothing: &[S]) {
         let (model, state) = (context.model, &*context.state);
-        let Self { edges, seen, points, crossings, rim, .. } = self;
+        let Self { edges, seen, points, crossings, edge_contact, .. } = self;
         crossings.clear();
-        rim.clear();
+        edge_contact.clear();
         let (profile, axis) = (&body.body.profile, body.orientation.transform_vector(&Vector3::z()));
         let approach = Approach::of(body, model.dt);
         let all = edges.next.iter().enumerate();
@@ -252,7 +252,7 @@ impl ProjectileContact {
                     ..at_place(points[nodes[0]].clone(), model, body, &crossing)
                 };
                 crossings.push(point);
-                rim.constraints.push(constraint);
+                edge_contact.constraints.push(constraint);
             }
         }
         points.append(crossings);
