@@ -4,26 +4,15 @@
 //! depend on the number of threads; output that is not a terminal holds no escape codes.
 //! Every program here runs as on a machine without a graphics adapter; those that want one are in `tests/gpu`.
 
-mod bench;
 mod campaigns;
-mod colours;
-mod completions;
-mod crossover;
+mod commands;
 mod exit_codes;
-mod expectations;
-mod faults;
-mod files;
-mod logging;
-mod new;
-mod no_gpu;
-mod printing;
-mod resume;
-mod skips;
-mod verify;
-mod warnings;
+mod folders;
+mod results;
+mod terminal;
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Child, Command, Output, Stdio};
 use std::sync::atomic::AtomicBool;
 use std::thread;
@@ -37,6 +26,9 @@ use tempfile::TempDir;
 
 /// Hides every adapter from a program, hardware or software, where drivers are found by files (not on macOS and Windows).
 pub(crate) const DRIVER_FILES: [&str; 3] = ["VK_DRIVER_FILES", "VK_ICD_FILENAMES", "__EGL_VENDOR_LIBRARY_FILENAMES"];
+
+/// Files of a run in their order.
+const FILES: [&str; 6] = ["case.json", "events.csv", "history.csv", "report.html", "shot.svg", "summary.json"];
 
 /// A folder with a case in it.
 struct Bench {
@@ -155,11 +147,4 @@ fn run(case: &Value) -> (case::Case, Run) {
     let options = Options::default().threads(1);
     let run = run::run(&case, options, &AtomicBool::new(false), &mut ()).unwrap();
     (case, run)
-}
-
-#[test]
-fn relative_and_nested_output_folders_are_made() {
-    let bench = Bench::new(&small());
-    assert_eq!(code(&bench.shoot(&["--quiet", "--out", "a/b/../c"])), 0);
-    assert!(Path::new(&bench.path("a/c/summary.json")).is_file());
 }

@@ -1,6 +1,6 @@
 //! Energy, momentum, determinism and stability of whole runs.
 //!
-//! Promises: the ledger closes; a conservative law returns stored energy for work; momentum is constant where
+//! Promises: the energy balance closes; a conservative law returns stored energy for work; momentum is constant where
 //! nothing holds the fabric; any number of threads gives the same bits; what no wave has reached is still exactly at
 //! rest; hard scenes stay bounded or are diagnosed. Red when: a force misses in the gather, work and force disagree,
 //! a failure or contact loses energy unbooked, a sum depends on threads, rest is not rest.
@@ -14,8 +14,8 @@ use crate::scene::{builtin, finish, run, run_as};
 const SMALL: &str = "cases/verify/mirror.json";
 
 #[test]
-fn ledger_and_momentum_close_over_a_perforating_shot() {
-    // The ledger's identity is exact but for rounding: 300 steps of sums of 45 J in f64, and of f32 state.
+fn energy_and_momentum_close_over_a_perforating_shot() {
+    // The identity of the balance is exact but for rounding: 300 steps of sums of 45 J in f64, and of f32 state.
     for (precision, energy, momentum) in [(Precision::F64, 1e-11, 1e-9), (Precision::F32, 5e-3, 5e-3)] {
         let run = run_as(&builtin(SMALL, &["/solver/end_time_us=120"]), precision, 2);
         assert!(!run.events.is_empty(), "yarns must fail for this to mean anything");
@@ -230,7 +230,7 @@ fn too_long_a_step_is_diagnosed_and_produces_no_verdict() {
 }
 
 #[test]
-fn what_a_drive_keeps_up_does_not_round_the_ledger() {
+fn energy_of_a_drive_does_not_round_the_balance() {
     // The drive's energy is a hundred million times what it does to the fabric: added up with it, the rest would be rounded away, and
     // an error with it.
     let sets = ["/projectile/motion=prescribed", "/projectile/mass_g=1e6", "/solver/end_time_us=3"];
@@ -243,7 +243,7 @@ fn what_a_drive_keeps_up_does_not_round_the_ledger() {
 #[test]
 fn energy_that_steps_too_long_for_it_invent_stops_the_run() {
     // Straight yarns of a bent ply go slack and taut again; near the critical step the leapfrog heats what has kinks. Work and
-    // kinetic energy stay in balance: only the energy stored tells.
+    // kinetic energy stay in balance: only the energy stored shows it.
     let bent = [
         "/projectile=null",
         "/fabric/weft/crimp=0",
@@ -266,7 +266,7 @@ fn energy_that_steps_too_long_for_it_invent_stops_the_run() {
 }
 
 #[test]
-fn what_fails_at_once_was_there() {
+fn energy_of_yarns_that_fail_at_once_was_there() {
     // The bulge strains yarns beyond what breaks them: what they release belongs to what the scene begins with.
     let bulge = "/pack/initial_deflection={\"amplitude_mm\":0.5,\"warp_half_waves\":3,\"weft_half_waves\":0}";
     let small =

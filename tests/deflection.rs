@@ -6,11 +6,10 @@
 
 use std::sync::atomic::AtomicBool;
 
+use ripstop::FrameCollector;
 use ripstop::case::{self, Case};
-use ripstop::run::frame::{Frame, PlyMesh, SnapshotTaker};
+use ripstop::run::frame::{Frame, PlyMesh};
 use ripstop::run::{self, Options, Run, Skips};
-
-use crate::support::filmed::Frames;
 
 /// Looks over the end time, both included.
 const LOOKS: usize = 81;
@@ -70,11 +69,10 @@ fn flooded(frame: &Frame, ply: &PlyMesh) -> (f64, bool) {
     (largest, loose)
 }
 
-fn filmed(case: &Case, skips: Skips) -> (Run, f64, bool) {
-    let mut frames = Frames::new(SnapshotTaker::new(LOOKS, case.solver.end_time));
-    let run = run::run(case, Options::default().skips(skips), &AtomicBool::new(false), &mut frames);
-    let (run, (frames, scene)) = (run.unwrap(), frames.chosen(LOOKS));
-    let ply = &scene.unwrap().plies[0];
+fn flooded_run(case: &Case, skips: Skips) -> (Run, f64, bool) {
+    let mut collector = FrameCollector::new(case, LOOKS);
+    let run = run::run(case, Options::default().skips(skips), &AtomicBool::new(false), &mut collector).unwrap();
+    let (frames, ply) = (collector.frames(), &collector.scene().unwrap().plies[0]);
     assert_eq!(frames.len(), LOOKS);
     let looks: Vec<(f64, bool)> = frames.iter().map(|frame| flooded(frame, ply)).collect();
     let whole = looks.iter().position(|(_, loose)| *loose);
@@ -90,12 +88,12 @@ fn debris_does_not_count_and_what_hangs_does() {
     // differ by 7e-6 and 2e-6.)
     for (velocity, debris) in [(220.0, false), (260.0, true), (280.0, true), (345.0, true), (420.0, true)] {
         let case = shot(velocity);
-        let (part, expected, loose) = filmed(&case, Skips::default());
+        let (part, expected, loose) = flooded_run(&case, Skips::default());
         let largest = part.deflections[0];
         let with_debris = part.history.iter().map(|row| row.deflection).fold(0.0, f64::max);
         assert_eq!(loose && largest < 0.97 * with_debris, debris, "{velocity} m/s: {largest} {with_debris}");
         assert!((largest / expected - 1.0).abs() < 1e-6, "{velocity} m/s: {largest}, expected {expected}");
-        let (whole, ..) = filmed(&case, Skips::NONE);
+        let (whole, ..) = flooded_run(&case, Skips::NONE);
         assert!(
             (largest / whole.deflections[0] - 1.0).abs() < 1e-6,
             "{velocity} m/s: {largest} {:?}",
@@ -107,7 +105,7 @@ fn debris_does_not_count_and_what_hangs_does() {
 #[test]
 fn while_nothing_is_loose_every_sample_counts() {
     let case = shot(60.0);
-    let (run, ..) = filmed(&case, Skips::default());
+    let (run, ..) = flooded_run(&case, Skips::default());
     let samples = run.history.iter().map(|row| row.deflection).fold(0.0, f64::max);
     assert!(run.events.is_empty() && run.deflections == [samples] && samples > 1e-3);
 }

@@ -1,4 +1,4 @@
-//! The README and the book under `docs/`, held to the program.
+//! The README, the book under `docs/src` and the decisions, held to the program.
 //!
 //! Promises: the README is short; every command in a block marked `sh` or `console` does what its page says, and prints what a
 //! `console` block shows; tables marked as generated are what the program prints; lists of keys, columns, checks and commands
@@ -6,76 +6,73 @@
 //! picture are written anew.
 
 mod commands;
-mod generated;
 mod lists;
 mod page;
-#[cfg(unix)]
-mod terminal;
 
 use std::fs;
 use std::path::Path;
 
-pub(crate) use generated::hold;
 use page::Page;
+pub(crate) use page::hold;
 
-/// Lines that somebody reads who has never seen the program.
+/// Lines of the README at most.
 const README_LINES: usize = 120;
+/// Generated parts: by the command of their name, and by tests that compute the same anyway and call [`hold`].
+const GENERATED: [&str; 3] = [
+    "ripstop schema --markdown",
+    "coverage of intervals, 6000 synthetic ranges",
+    "coverage of intervals from thresholds, 10 000 synthetic campaigns",
+];
 
 #[test]
-fn the_readme_is_short() {
+fn the_readme_is_short_and_lists_of_pages_have_every_page_once() {
     let lines = fs::read_to_string("README.md").unwrap().lines().count();
     assert!(lines <= README_LINES, "{lines} lines");
+    for (list, folder) in [("docs/src/SUMMARY.md", "docs/src"), ("docs/decisions/README.md", "docs/decisions")] {
+        let list = Page::read(Path::new(list));
+        let mut listed: Vec<String> = list.links().into_iter().map(|(target, _)| target).collect();
+        let pages = page::all().into_iter().filter(|page| page.path.parent() == Some(Path::new(folder)));
+        let mut there: Vec<String> = pages.map(|page| page.name()).filter(|name| *name != list.name()).collect();
+        listed.sort();
+        there.sort();
+        assert!(there.len() > 10 && listed == there, "{listed:?}, but there are {there:?}");
+    }
 }
 
 #[test]
-fn the_summary_lists_every_page_once() {
-    let summary = Page::read(Path::new("docs/src/SUMMARY.md"));
-    let mut listed: Vec<String> = summary.links().into_iter().map(|(target, _)| target).collect();
-    let mut there: Vec<String> = page::book().iter().map(Page::name).filter(|name| name != "SUMMARY.md").collect();
-    listed.sort();
-    there.sort();
-    assert!(there.len() > 10, "{there:?}");
-    assert_eq!(listed, there);
-}
-
-#[test]
-fn the_index_lists_every_decision_once() {
-    let index = Page::read(Path::new("docs/decisions/README.md"));
-    let listed: Vec<String> = index.links().into_iter().map(|(target, _)| target).collect();
-    let there = page::all().into_iter().filter(|page| page.path.starts_with("docs/decisions"));
-    let there: Vec<String> = there.map(|page| page.name()).filter(|name| name != "README.md").collect();
-    assert_eq!(listed, there);
-}
-
-#[test]
-fn links_lead_somewhere() {
-    let mut count = 0;
+fn links_and_names_of_files_lead_somewhere() {
+    const FOLDERS: [&str; 7] = ["src/", "benches/", "cases/", "tests/", "docs/", "shaders/", ".ci/"];
+    let mut counts = [0; 2];
     for page in page::all() {
         for (target, line) in page.links() {
             let place = format!("{}:{line}: {target}", page.path.display());
             let (file, anchor) = target.split_once('#').unwrap_or((&target, ""));
             let path = if file.is_empty() { page.path.clone() } else { page.path.with_file_name("").join(file) };
             assert!(path.is_file(), "{place}");
-            let anchors = || Page::read(&path).anchors();
-            assert!(anchor.is_empty() || anchors().iter().any(|known| known == anchor), "{place}: {:?}", anchors());
-            count += 1;
+            assert!(anchor.is_empty() || Page::read(&path).anchors().iter().any(|known| known == anchor), "{place}");
+            counts[0] += 1;
+        }
+        let is_file = |name: &str| FOLDERS.iter().any(|folder| name.starts_with(folder)) && !name.contains(['X', ' ']);
+        for (name, line) in page.quoted().into_iter().filter(|(name, _)| is_file(name)) {
+            assert!(Path::new(&name).exists(), "{}:{line}: {name}", page.path.display());
+            counts[1] += 1;
         }
     }
-    assert!(count > 40, "{count} links");
+    assert!(counts[0] > 40 && counts[1] > 10, "{counts:?}");
 }
 
 #[test]
-fn files_of_the_source_that_pages_name_are_there() {
-    const FOLDERS: [&str; 7] = ["src/", "benches/", "cases/", "tests/", "docs/", "shaders/", ".ci/"];
-    let mut count = 0;
+fn every_generated_part_is_held() {
+    let output = commands::program(GENERATED[0]).output().unwrap();
+    assert!(output.status.success(), "{output:?}");
+    hold(GENERATED[0], &String::from_utf8(output.stdout).unwrap());
+    let mut names = Vec::new();
     for page in page::all() {
-        for (name, line) in page.quoted() {
-            let names_a_file = FOLDERS.iter().any(|folder| name.starts_with(folder)) && !name.contains(['X', ' ']);
-            if names_a_file {
-                assert!(Path::new(&name).exists(), "{}:{line}: {name}", page.path.display());
-                count += 1;
-            }
-        }
+        let parts = page.text.split("<!-- generated: ").skip(1);
+        names.extend(parts.map(|part| part.split_once(" -->").unwrap().0.to_owned()));
     }
-    assert!(count > 10, "{count} names");
+    names.sort();
+    let mut held = GENERATED;
+    held.sort_unstable();
+    assert_eq!(names, held);
 }

@@ -7,11 +7,10 @@
 
 use std::sync::atomic::AtomicBool;
 
+use ripstop::FrameCollector;
 use ripstop::case::{self, Case};
-use ripstop::run::frame::{Frame, SnapshotTaker};
+use ripstop::run::frame::Frame;
 use ripstop::run::{self, Options, Run, Skips};
-
-use crate::support::filmed::Frames;
 
 /// 24 × 20 elements, yarns of which break; two plies, a history row for every step.
 fn shot(sets: &[&str]) -> Case {
@@ -23,12 +22,10 @@ fn shot(sets: &[&str]) -> Case {
     case::from_str("shot", text, &sets).unwrap_or_else(|error| panic!("{error}"))
 }
 
-fn filmed(case: &Case, skips: Skips) -> (Run, Vec<Frame>) {
-    let camera = SnapshotTaker::new(case.output.frames as usize, case.solver.end_time);
-    let mut frames = Frames::new(camera);
-    let options = Options::default().skips(skips);
-    let run = run::run(case, options, &AtomicBool::new(false), &mut frames).unwrap();
-    (run, frames.chosen(case.output.frames as usize).0)
+fn collected(case: &Case, skips: Skips) -> (Run, Vec<Frame>) {
+    let mut collector = FrameCollector::new(case, case.output.frames as usize);
+    let run = run::run(case, Options::default().skips(skips), &AtomicBool::new(false), &mut collector).unwrap();
+    (run, collector.frames())
 }
 
 #[track_caller]
@@ -44,7 +41,7 @@ fn assert_close(what: &str, got: impl IntoIterator<Item = f32>, expected: impl I
 #[test]
 fn a_quarter_gives_the_frames_of_the_whole() {
     let case = shot(&[]);
-    let ((part, few), (whole, all)) = (filmed(&case, Skips::default()), filmed(&case, Skips::NONE));
+    let ((part, few), (whole, all)) = (collected(&case, Skips::default()), collected(&case, Skips::NONE));
     assert_eq!((part.planes.copies(), whole.planes.copies()), (4, 1));
     assert_eq!((few.len(), all.len()), (6, 6));
     assert!(all[5].alive[0].contains(&0) && all[5].alive[1].contains(&0), "yarns must fail for this to mean anything");
@@ -68,7 +65,7 @@ fn a_quarter_gives_the_frames_of_the_whole() {
 #[test]
 fn a_frame_is_what_the_history_says_of_its_step() {
     let case = shot(&[]);
-    let (run, frames) = filmed(&case, Skips::default());
+    let (run, frames) = collected(&case, Skips::default());
     for (at, frame) in frames.iter().enumerate() {
         assert!((frame.time - 2e-6 * at as f64).abs() <= 0.5 * run.time_step, "frame {at} at {}", frame.time);
         // The first row stands after the first contact, and the last step before the end.
@@ -103,7 +100,7 @@ fn a_shot_that_is_decided_early_has_as_many_frames_as_asked_for_and_the_last_sho
     for end_time in [20, 300] {
         let end_time = format!("/solver/end_time_us={end_time}");
         let case = shot(&[&end_time, "/solver/run_until=outcome", "/output/frames=12"]);
-        let (run, frames) = filmed(&case, Skips::default());
+        let (run, frames) = collected(&case, Skips::default());
         let last = &frames[11];
         assert!(frames.len() == 12 && run.steps - last.step <= 1, "{} of {}", last.step, run.steps);
         assert!(last.time < 0.5 * case.solver.end_time || end_time.ends_with("=20"), "decided at {}", last.time);
@@ -119,7 +116,7 @@ fn a_yarn_is_broken_in_a_frame_when_it_is_in_the_run() {
     // By the paper's numerics what breaks in the step from the positions of a frame counts as broken; else it is not known yet.
     for (numerics, ahead) in [("paper", 1), ("default", 0)] {
         let case = shot(&[&format!("/solver/numerics={numerics}")]);
-        let (run, frames) = filmed(&case, Skips::default());
+        let (run, frames) = collected(&case, Skips::default());
         assert!(run.events.len() > 100);
         for frame in &frames {
             let broken = run.events.iter().filter(|event| event.step < frame.step + ahead).count();

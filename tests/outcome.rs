@@ -1,6 +1,6 @@
 //! Outcome of a shot.
 //!
-//! Promise: yarns that run on unbroken cover it, plugs and flaps do not; a ply that covers it holds it only where it hangs on an edge
+//! Promise: yarns that run on unbroken cover it, plugs and flaps do not; a ply that covers it holds it only where it ends at an edge
 //! that is clamped, or is most of a free ply that does not outrun it, of the whole as of a quarter of a scene; a pack that nothing
 //! holds stops it at their common velocity; past an edge it has passed; a shot that stopped flies back with no more energy than the
 //! fabric had.
@@ -10,12 +10,13 @@ use ripstop::case::Case;
 use ripstop::model::Model;
 use ripstop::output;
 use ripstop::physics::rigid_body::RigidBody;
+use ripstop::run::Simulation;
 use ripstop::run::outcome::{self, Outcome};
 use ripstop::solver::element_totals::field as element;
 use ripstop::solver::node_update::field as node;
 use ripstop::solver::state::State;
 
-use crate::scene::{builtin, run as run_case};
+use crate::scene::{builtin, finish, run as run_case};
 use crate::support::torn;
 
 /// A ply struck in the middle, whose yarns a test cuts by hand.
@@ -164,7 +165,7 @@ fn beside_a_break_only_what_lies_ahead_can_hold() {
     let right = r#"{"left": "free", "right": "clamped", "bottom": "free", "top": "free"}"#;
     for (ahead_of_the_break, held) in [(true, false), (false, true)] {
         let mut ply = Ply::new(right, false);
-        // Warps are cut in the second column beside the middle: what is left of it hangs on nothing, and the wefts in it run on.
+        // Warps are cut in the second column beside the middle: the rest of it has no support, and the wefts in it run on.
         ply.cut(|_, c, yarn| yarn == 0 && c == 1);
         let column_0 = ply.model.ply_type(0).mesh.centre[0] as usize;
         for row in 0..=ply.model.ply_type(0).mesh.rows {
@@ -196,6 +197,25 @@ fn a_free_ply_holds_as_long_as_it_is_the_ply_and_is_pushed() {
         ply.moves(29, 1.1 * speed);
         assert!(!ply.held(), "quarter {quarter}: what is left flies ahead, a rim stays behind");
     }
+}
+
+#[test]
+fn debris_ahead_does_not_keep_a_shot_undecided() {
+    let case = torn::case(&[]);
+    let shot = |loose: bool| {
+        let mut simulation = Simulation::<f64>::new(&case).unwrap();
+        torn::tear(&simulation.model, &mut simulation.state, loose);
+        let run = finish(simulation, &case);
+        let last = run.history.last().unwrap();
+        assert!(run.divergence.is_none() && last.contact_force == 0.0 && last.failed != [0; 2], "{last:?}");
+        (run.outcome, last.time, last.perforated_plies)
+    };
+    let (through, time, plies) = shot(true);
+    assert_eq!((through, plies), (Outcome::Perforated, 1));
+    assert!((20e-6..45e-6).contains(&time), "known {time} s after impact: quiet, and looked at every 10 µs");
+    let (running, time, plies) = shot(false);
+    assert_eq!((running, plies), (Outcome::Running, 0));
+    assert!(time >= 70e-6, "{time}");
 }
 
 #[test]
@@ -288,7 +308,7 @@ fn a_pack_that_nothing_holds_stops_a_shot_at_their_common_velocity() {
 }
 
 #[test]
-fn what_slips_past_a_free_edge_has_passed_without_breaking_a_yarn() {
+fn a_projectile_past_a_free_edge_has_passed_without_breaking_a_yarn() {
     let beside = ["/pack/height_mm=12", "/projectile/offset_mm=[0,7]", "/projectile/velocity_m_s=100"];
     for edges in [r#"/pack/edges={"bottom":"free","top":"free"}"#, "/pack/edges=free"] {
         let case = free_ply(&[&beside[..], &[edges]].concat());

@@ -269,7 +269,7 @@ fn torn(layup: &str, speed: u32) -> Case {
 }
 
 #[test]
-fn a_shot_through_a_pack_keeps_its_ledger() {
+fn a_shot_through_a_pack_keeps_its_energy_and_momentum() {
     let run = run(&torn(r#""plies": 3"#, 450));
     let last = run.history.last().unwrap();
     assert_eq!(last.perforated_plies, 3);

@@ -87,7 +87,7 @@ fn case(name: &str, factor: f64) -> Case {
     case::from_str(name, &document.to_string(), &sets).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// What is kept of a run.
+/// Numbers of a run that are compared.
 fn kept(case: &Case, run: &Run) -> Value {
     let mut summary = output::summary(case, run, 0.0);
     summary.as_object_mut().unwrap().retain(|name, _| !LEFT_OUT.contains(&name.as_str()));

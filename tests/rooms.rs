@@ -1,7 +1,6 @@
 //! The rooms of `src/` use one another in one direction only.
 //!
-//! Goes red when a module imports from a room below its own in the list of `lib.rs`. It cannot see a room that has grown past its idea.
-//! Unit tests of `x.rs` stand in `x_tests.rs`.
+//! Red when: a module imports from a room below its own in the list of `lib.rs`. Cannot see: a room that has grown past its idea.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -14,7 +14,7 @@ fn peak(run: &Run) -> f64 {
     run.history.iter().map(|row| row.balance.max_tension).fold(0.0, f64::max)
 }
 
-/// Failures, and those of them further from the hit than so many crossovers of S-728 (1.494 mm) or Twaron.
+/// Failures, and those of them further from the hit than `far` [m].
 fn failures(case: &Case, run: &Run, far: f64) -> [usize; 2] {
     let middles: Vec<_> = case.layers().iter().flat_map(|layer| vec![layer.middles(); layer.plies as usize]).collect();
     let is_far = |event: &&ripstop::solver::FailureEvent| {

@@ -239,53 +239,6 @@ fn slack_yarns_carry_nothing_and_a_straight_taut_one_presses_nothing() {
 }
 
 #[test]
-fn without_crimp_or_with_a_gap_wider_than_the_heights_nothing_presses() {
-    let straight = [(1e4, 6e-4, 0.0), (2e4, 9e-4, 0.0)];
-    for (law, compression) in kinds() {
-        let heights = cell::<f64>(S720, law, 0.0, None).rest_heights();
-        let wide = 1.001 * (heights[0] + heights[1]);
-        for (yarns, gap) in [(straight, 0.0), (straight, 1e-5), (S720, wide), (S720, 1e-3)] {
-            let (d, s) = (cell::<f64>(yarns, law, gap, compression), cell::<f32>(yarns, law, gap, compression));
-            assert_eq!(d.exact.height_sum, 0.0);
-            for stretch in [[1.03, 1.02], [0.9, 1.04], [1.06, 0.5], [0.99, 0.98]] {
-                let (d, s) = (d.solve_from_rest(stretch), s.solve_from_rest(stretch));
-                assert_eq!((d.force, s.force, d.iterations), (0.0, 0.0, 0.0), "{law:?} {stretch:?}");
-                for i in [0, 1] {
-                    let expected = free(yarns[i], stretch[i]);
-                    close(d.tension[i], expected, 1e-12);
-                    assert_eq!(d.in_plane[i], d.tension[i]);
-                    // 2^-24 of the length, and the crimp's allowance at rest.
-                    assert!((s.tension[i] - expected).abs() < 3e-6 * FAILURE_STRAIN * yarns[i].0, "{s:?}");
-                }
-            }
-        }
-        // A gap that leaves less than the height of the crimped yarn: its arc length stays exact.
-        let narrow = [(8e4, 5e-4, 0.0), (7e5, 1.841e-4, 0.0409)];
-        let got = cell::<f64>(narrow, law, 4.537e-5, None).solve_from_rest([0.987, 1.1686]);
-        close(got.tension[1], free(narrow[1], 1.1686), 1e-12);
-    }
-}
-
-#[test]
-fn one_yarn_without_crimp_is_pressed_by_the_other() {
-    for (law, straight) in LAWS.into_iter().flat_map(|law| [(law, 0), (law, 1)]) {
-        let mut yarns = [(1e4, 6e-4, 0.02); 2];
-        yarns[straight].2 = 0.0;
-        let c = cell::<f64>(yarns, law, 0.0, None);
-        for stretch in [[1.03, 1.03], [1.01, 1.002], [1.002, 1.01], [1.015, 0.999]] {
-            let got = c.solve_from_rest(stretch);
-            let m = oracle::misfit(&c, stretch, &got);
-            assert!(got.converged && m.tension < 1e-13 && m.force < 5e-11 && m.height < 1e-15, "{got:?} {m:?}");
-        }
-        // The straight yarn holds the crimped one up, which therefore pulls at once.
-        let mut stretch = [1.001; 2];
-        stretch[straight] = 1.01;
-        let got = c.solve_from_rest(stretch);
-        assert!(got.tension[1 - straight] > 1.0 && got.force > 0.1, "{law:?} {got:?}");
-    }
-}
-
-#[test]
 fn where_a_yarn_is_absent_or_dead_the_other_straightens_freely() {
     for ((law, compression), absent) in kinds().flat_map(|kind| [(kind, 0), (kind, 1)]) {
         let other = 1 - absent;

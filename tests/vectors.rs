@@ -15,7 +15,7 @@ use ripstop::solver::{FailureEvent, Stepper};
 
 use crate::scene::builtin;
 
-/// Everything a run of so many steps leaves behind.
+/// Everything that a run leaves behind.
 #[derive(Debug, PartialEq)]
 struct Trace<S> {
     nodes: Vec<S>,

@@ -73,13 +73,13 @@ fn read_back(sets: &[&str]) -> Vec<Frame> {
         sets => (sets, Precision::F64),
     };
     let folder = tempfile::tempdir().unwrap();
+    let text = r#"{"title": "shot", "fabric": {"file": "fabrics/s-720.json"}, "pack": {"width_mm": 30, "height_mm": 25},
+        "projectile": {"shape": "cylinder", "diameter_mm": 5.5, "length_mm": 20, "mass_g": 3, "velocity_m_s": 600},
+        "solver": {"end_time_us": 10, "run_until": "end_time"}, "output": {"frames": 6}}"#;
     let fabric = include_str!("../cases/fabrics/s-720.json");
-    let text = format!(
-        r#"{{"title": "shot", "fabric": {fabric}, "pack": {{"width_mm": 30, "height_mm": 25}},
-        "projectile": {{"shape": "cylinder", "diameter_mm": 5.5, "length_mm": 20, "mass_g": 3, "velocity_m_s": 600}},
-        "solver": {{"end_time_us": 10, "run_until": "end_time"}}, "output": {{"frames": 6}}}}"#
-    );
-    std::fs::write(folder.path().join("shot.json"), &text).unwrap();
+    std::fs::create_dir(folder.path().join("fabrics")).unwrap();
+    std::fs::write(folder.path().join("fabrics/s-720.json"), fabric).unwrap();
+    std::fs::write(folder.path().join("shot.json"), text).unwrap();
     let mut program = Command::new(env!("CARGO_BIN_EXE_ripstop"));
     program.args(["run", "shot.json", "--backend", "cpu", "--quiet", "--out", ".", "--precision", precision.name()]);
     let written =
@@ -87,7 +87,7 @@ fn read_back(sets: &[&str]) -> Vec<Frame> {
     assert!(written.status.success(), "{}", String::from_utf8_lossy(&written.stderr));
 
     let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
-    let case = case::from_str("shot", &text, &sets).unwrap();
+    let case = case::from_str("shot", text, &sets).unwrap();
     let mut collector = FrameCollector::new(&case, 6);
     Options::default().precision(precision).observe(&case, &mut collector).unwrap();
     let (frames, scene) = (collector.frames(), collector.scene().unwrap());

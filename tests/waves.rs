@@ -14,7 +14,7 @@ use crate::scene::{builtin, checked, run};
 const RINGS: [&str; 3] =
     ["verify/strip-compressible-155", "verify/strip-compressible-250", "verify/strip-pulled-weft-free"];
 
-/// What a case states in single or double precision, and what does not hold of it.
+/// Expectations of a case that do not hold.
 fn failed(case: (&str, &str), precision: Precision) -> Vec<Value> {
     let options = Options::default().threads(2).precision(precision);
     let checks =

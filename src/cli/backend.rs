@@ -1,4 +1,6 @@
-//! What computes: the choice between processor and graphics processor, and why.
+//! Choice between processor and graphics processor.
+
+use std::fmt::Display;
 
 use ripstop::gpu::{self, Adapter, Device, DeviceError};
 use ripstop::run::checkpoint;
@@ -8,13 +10,13 @@ use tracing::info;
 use super::arguments::{BackendArguments, BackendChoice};
 use super::failure::CommandFailure;
 
-/// What was chosen.
+/// The choice.
 pub(crate) struct Chosen {
     /// The graphics processor; none for the processor.
     pub(crate) device: Option<Device>,
     /// Number type: f32 on a device, which has no other.
     pub(crate) precision: Precision,
-    /// What `auto` took and why.
+    /// Choice of `auto`, and its reason.
     pub(crate) note: Option<String>,
 }
 
@@ -23,13 +25,13 @@ impl Chosen {
         Self { device: Some(device), precision: Precision::F32, note }
     }
 
-    /// To run on what was chosen, all that may be left out left out.
+    /// Options of a run on it.
     pub(crate) fn options(&self, threads: Option<usize>) -> run::Options<'_> {
         run::Options::default().threads(threads).precision(self.precision).device(self.device.as_ref())
     }
 }
 
-/// What `auto` takes of these adapters: the number of one, or why none.
+/// Adapter that `auto` takes, or why none.
 pub(crate) fn automatic(adapters: &[Adapter]) -> Result<&Adapter, &'static str> {
     match adapters.first() {
         Some(best) if best.is_hardware() => Ok(best),
@@ -38,7 +40,7 @@ pub(crate) fn automatic(adapters: &[Adapter]) -> Result<&Adapter, &'static str> 
     }
 }
 
-/// Opens what the arguments ask for.
+/// Opens the backend that the arguments ask for.
 pub(crate) fn choose(arguments: &BackendArguments) -> Result<Chosen, CommandFailure> {
     let chosen = open(arguments)?;
     let backend = if chosen.device.is_some() { "gpu" } else { "cpu" };
@@ -49,37 +51,34 @@ pub(crate) fn choose(arguments: &BackendArguments) -> Result<Chosen, CommandFail
 fn open(arguments: &BackendArguments) -> Result<Chosen, CommandFailure> {
     let precision = arguments.precision.unwrap_or(Precision::F64);
     let cpu = |note: Option<String>| Ok(Chosen { device: None, precision, note });
+    let cpu_because = |why: &dyn Display| cpu(Some(format!("note: --backend auto takes the CPU: {why}")));
     let asked_f64 = arguments.precision == Some(Precision::F64);
-    match arguments.backend {
-        BackendChoice::Cpu if arguments.adapter.is_some() => {
+    match (arguments.backend, &arguments.adapter) {
+        (BackendChoice::Cpu, Some(_)) => {
             Err(CommandFailure::expected("--adapter", "--backend gpu or auto", "--backend cpu"))
         }
-        BackendChoice::Gpu if asked_f64 => {
+        (BackendChoice::Cpu, None) => cpu(None),
+        (BackendChoice::Gpu, _) if asked_f64 => {
             let failure = CommandFailure::expected("--precision f64", "f32, the number type of the GPU backend", "f64");
             Err(failure.help("leave it out, or take --backend cpu"))
         }
-        BackendChoice::Cpu => cpu(None),
-        BackendChoice::Gpu => Ok(Chosen::on(named(arguments.adapter.as_deref())?, None)),
-        BackendChoice::Auto if asked_f64 => {
-            cpu(Some("note: --backend auto takes the CPU: f64 was asked for".to_owned()))
-        }
-        BackendChoice::Auto => {
+        (BackendChoice::Gpu, name) => Ok(Chosen::on(named(name.as_deref())?, None)),
+        (BackendChoice::Auto, _) if asked_f64 => cpu_because(&"f64 was asked for"),
+        (BackendChoice::Auto, name) => {
             let adapters = gpu::adapters();
-            let wanted = match &arguments.adapter {
-                // An adapter asked for by name is taken, whatever it is.
-                Some(name) => Ok(gpu::device::choose(&adapters, Some(name)).map_err(|e| CommandFailure::device(&e))?),
-                None => automatic(&adapters).cloned(),
-            };
-            match wanted {
-                Ok(adapter) => match Device::open(&adapter) {
-                    Ok(device) => {
+            // An adapter asked for by name is taken, whatever it is.
+            let by_name = name.as_deref().map(|name| gpu::device::choose(&adapters, Some(name)));
+            let by_name = by_name.transpose().map_err(|error| CommandFailure::device(&error))?;
+            match by_name.as_ref().map_or_else(|| automatic(&adapters), Ok) {
+                Ok(adapter) => Device::open(adapter).map_or_else(
+                    |error| cpu(Some(took_cpu(&error))),
+                    |device| {
                         let note =
                             format!("note: --backend auto takes the GPU: {} ({})", adapter.name(), adapter.kind());
                         Ok(Chosen::on(device, Some(note)))
-                    }
-                    Err(error) => cpu(Some(took_cpu(&error))),
-                },
-                Err(why) => cpu(Some(format!("note: --backend auto takes the CPU: {why}"))),
+                    },
+                ),
+                Err(why) => cpu_because(&why),
             }
         }
     }
@@ -91,20 +90,19 @@ pub(crate) fn named(wanted: Option<&str>) -> Result<Device, CommandFailure> {
     adapter.and_then(|adapter| Device::open(&adapter)).map_err(|error| CommandFailure::device(&error))
 }
 
-/// Opens what a run began with.
+/// Opens the backend that a run began with.
 pub(crate) fn again(backend: &checkpoint::BackendId) -> Result<Chosen, CommandFailure> {
     match backend {
         checkpoint::BackendId::Cpu(precision) => Ok(Chosen { device: None, precision: *precision, note: None }),
         checkpoint::BackendId::Gpu(name) => {
             // The one of this very name, not just the first that has it as a part.
             let index = gpu::adapters().iter().position(|adapter| adapter.name() == name).map(|at| at.to_string());
-            let device = named(Some(index.as_ref().unwrap_or(name)))?;
-            Ok(Chosen::on(device, None))
+            Ok(Chosen::on(named(Some(index.as_ref().unwrap_or(name)))?, None))
         }
     }
 }
 
-/// What is said when `auto` takes the processor because of the device.
+/// Note that `auto` takes the processor because of the device.
 pub(crate) fn took_cpu(error: &DeviceError) -> String {
     format!("note: --backend auto takes the CPU: {error}")
 }

@@ -5,7 +5,6 @@ use std::time::Instant;
 
 use clap::{Args, builder::RangedU64ValueParser};
 use ripstop::case;
-use ripstop::gpu::{self, Device};
 use ripstop::output::number::{fixed, fraction, short};
 use ripstop::output::{self, Folder};
 use ripstop::run::Progress;
@@ -15,11 +14,12 @@ use ripstop::study::bench::{self, BenchError, BenchPlan, BenchResult, BenchRow};
 use super::arguments::{BackendArguments, BackendChoice};
 use super::backend;
 use super::failure::CommandFailure;
+use super::input::tolerance;
 use super::run::Print;
 use super::terminal::{self, Align, Bar, TextTable};
 
-/// Names of the files written.
-const FILES: [&str; 2] = ["bench.json", "bench.svg"];
+/// Name of the file written.
+const FILE: &str = "bench.json";
 /// The case that is built in: name and text.
 const PAPER: (&str, &str) = ("s720-1ply-155", include_str!("../../cases/s720-1ply-155.json"));
 /// Changes of every case: parts that take time or are checked but say nothing here, and would refuse a shorter run.
@@ -36,15 +36,15 @@ Examples:
   ripstop bench
   ripstop bench shot.json --tolerance 0.5% --repeat 3 --json | jq '.cases[].cheapest_within_tolerance'
 
-DIR gets bench.json and bench.svg."
+DIR gets bench.json."
 )]
 pub(crate) struct BenchArguments {
     /// Case files [default: the paper's shot, cases/s720-1ply-155.json, built in]
     #[arg(value_name = "CASE.json")]
     cases: Vec<PathBuf>,
     /// Largest error of the velocity history, and of what is left or the stop time, that is good enough: 1% or 0.01
-    #[arg(long, value_name = "ERROR", default_value = "1%", allow_hyphen_values = true)]
-    tolerance: String,
+    #[arg(long, value_name = "ERROR", value_parser = tolerance, default_value = "1%", allow_hyphen_values = true)]
+    tolerance: f64,
     /// Change of every case, checked like the file; may be given again
     #[arg(long = "set", value_name = "/POINTER=VALUE")]
     sets: Vec<String>,
@@ -71,10 +71,10 @@ pub(crate) struct BenchArguments {
     json: bool,
 }
 
-/// Measures every case, writes `bench.json` and `bench.svg` and says which choice is the cheapest.
+/// Measures every case, writes `bench.json` and says which choice is the cheapest.
 pub(crate) fn bench(arguments: &BenchArguments) -> Result<(), CommandFailure> {
     let start = Instant::now();
-    let tolerance = tolerance(&arguments.tolerance)?;
+    let tolerance = arguments.tolerance;
     let interrupted = terminal::watch_interrupts()?;
     let paths: Vec<Option<&Path>> = match &arguments.cases[..] {
         [] => vec![None],
@@ -88,10 +88,12 @@ pub(crate) fn bench(arguments: &BenchArguments) -> Result<(), CommandFailure> {
     for path in &paths {
         measurable(&read(*path, &[])?)?;
     }
-    let (device, note) = device(arguments)?;
-    let folder = Folder::prepare_for(&arguments.out, &FILES, &paths.iter().flatten().copied().collect::<Vec<_>>())?;
-    note.iter().filter(|_| !arguments.quiet).for_each(|note| terminal::complain(note));
-    let plan = BenchPlan { threads: arguments.threads, device: device.as_ref(), repeat: arguments.repeat, tolerance };
+    let (backend, adapter) = (arguments.backend, arguments.adapter.clone());
+    let chosen = backend::choose(&BackendArguments { backend, adapter, precision: None })?;
+    chosen.note.iter().filter(|_| !arguments.quiet).for_each(|note| terminal::complain(note));
+    let folder = Folder::prepare_for(&arguments.out, &[FILE], &paths.iter().flatten().copied().collect::<Vec<_>>())?;
+    let plan =
+        BenchPlan { threads: arguments.threads, device: chosen.device.as_ref(), repeat: arguments.repeat, tolerance };
     let mut measured: Vec<BenchResult> = Vec::new();
     let mut failure = None;
     for path in paths {
@@ -116,14 +118,10 @@ pub(crate) fn bench(arguments: &BenchArguments) -> Result<(), CommandFailure> {
         folder.abandon();
         return Err(failure);
     }
-    let report = bench::report::json(&measured, plan, start.elapsed().as_secs_f64());
-    let texts = [(FILES[0], format!("{report:#}\n")), (FILES[1], bench::report::plot(&measured, tolerance))];
-    let written = folder.put(&texts, &FILES);
-    let files = || match &written {
-        Ok(names) => format!("files  {}: {}\n", folder.path().display(), names.join(", ")),
-        Err(_) => String::new(),
-    };
-    let text = || measured.iter().map(|one| text(one, tolerance)).collect::<String>() + &files();
+    let report = bench::json(&measured, plan, start.elapsed().as_secs_f64());
+    let written = folder.put(&[(FILE, format!("{report:#}\n"))], &[FILE]);
+    let file = if written.is_ok() { format!("files  {}: {FILE}\n", folder.path().display()) } else { String::new() };
+    let text = || measured.iter().map(|one| text(one, tolerance)).collect::<String>() + &file;
     Print::of(arguments.json, arguments.quiet).show(|| report.clone(), text)?;
     written?;
     failure.map_or_else(|| verdict(&measured, folder.path()), Err)
@@ -138,35 +136,6 @@ fn measurable(case: &case::Case) -> Result<(), CommandFailure> {
     let expected = "a projectile that flies freely, whose velocity can be compared";
     let found = if case.projectile.is_some() { "one that is driven" } else { "none" };
     Err(CommandFailure::expected(place, expected, found).help("take a case with \"motion\": \"free\""))
-}
-
-/// The graphics processor among the choices, and why there is none where one might be expected.
-fn device(arguments: &BenchArguments) -> Result<(Option<Device>, Option<String>), CommandFailure> {
-    let BenchArguments { backend, adapter, .. } = arguments;
-    if *backend != BackendChoice::Auto || adapter.is_some() {
-        let asked = BackendArguments { backend: *backend, adapter: adapter.clone(), precision: None };
-        return Ok((backend::choose(&asked)?.device, None));
-    }
-    let adapters = gpu::adapters();
-    let opened = backend::automatic(&adapters).map_err(str::to_owned);
-    Ok(match opened.and_then(|adapter| Device::open(adapter).map_err(|error| error.to_string())) {
-        Ok(device) => (Some(device), None),
-        Err(why) => (None, Some(format!("note: the GPU is not among the choices: {why}"))),
-    })
-}
-
-/// `1%` or `0.01`, as a fraction.
-fn tolerance(text: &str) -> Result<f64, CommandFailure> {
-    let (number, scale) = match text.trim().strip_suffix('%') {
-        Some(number) => (number.trim_end(), 100.0),
-        None => (text.trim(), 1.0),
-    };
-    let value = number.parse::<f64>().map(|number| number / scale);
-    value.ok().filter(|value| *value > 0.0 && *value <= 1.0).ok_or_else(|| {
-        let expected = "an error above 0 and at most 100%, as a percentage or a fraction";
-        let help = "for example --tolerance 1% or --tolerance 0.01";
-        CommandFailure::expected("--tolerance", expected, format!("{text:?}")).help(help)
-    })
 }
 
 fn percent(error: Option<f64>) -> String {
@@ -187,8 +156,7 @@ fn signed(value: f64) -> String {
 fn text(measured: &BenchResult, tolerance: f64) -> String {
     let run = &measured.reference;
     let end = if run.stop_time.is_some() { "stop time" } else { "velocity left" };
-    let columns =
-        ["", "choice", "loop s", "M el.-steps/s", "velocity", end, "deflection", "tension", "energy error", "outcome"];
+    let columns = ["", "choice", "loop s", "M el.-steps/s", "velocity", end, "energy error", "outcome"];
     let align = |name: &str| if ["", "choice", "outcome"].contains(&name) { Align::Left } else { Align::Right };
     let mut table = TextTable::new(&columns.map(|name| (name, align(name))));
     for row in &measured.rows {
@@ -227,9 +195,8 @@ fn text(measured: &BenchResult, tolerance: f64) -> String {
     }
 }
 
-fn cells(row: &BenchRow) -> [String; 10] {
-    let errors = row.errors.as_ref();
-    let end = match errors.map(|errors| (errors.stop_time, errors.residual_velocity)) {
+fn cells(row: &BenchRow) -> [String; 8] {
+    let end = match row.errors.map(|errors| (errors.stop_time, errors.residual_velocity)) {
         Some((Some(time), _)) => format!("{} µs", signed(time * 1e6)),
         Some((None, velocity)) => format!("{} m/s", signed(velocity)),
         None => "-".to_owned(),
@@ -246,8 +213,6 @@ fn cells(row: &BenchRow) -> [String; 10] {
         fixed(row.rate() / 1e6, 1),
         percent(row.velocity_error()),
         end,
-        percent(errors.and_then(|errors| errors.deflection)),
-        percent(errors.and_then(|errors| errors.tension)),
         fraction(row.run.energy_error),
         outcome.to_owned(),
     ]

@@ -7,8 +7,7 @@ use ripstop::num::link::Link;
 use ripstop::run::Precision;
 
 use super::arguments::{BackendArguments, BackendChoice};
-use super::choice::{LINKS, PRECISIONS, one_of};
-use super::range::{Velocities, level, percent};
+use super::input::{LINKS, PRECISIONS, Velocities, level, one_of, percent};
 
 /// Confidence, and form of what is printed.
 #[derive(Args, Debug)]

@@ -7,6 +7,7 @@ use clap_complete::Shell;
 use ripstop::case::{self, Case};
 use ripstop::gpu;
 use ripstop::model::Model;
+use ripstop::num::simd::Vectors;
 use ripstop::output::checks::case_warnings;
 use ripstop::output::number::{bytes, grouped, us};
 use ripstop::output::symmetry;
@@ -160,31 +161,11 @@ fn machine(table: &mut TextTable) {
     }
     let threads = std::thread::available_parallelism().map_or_else(|error| error.to_string(), |n| n.to_string());
     table.row(["threads", threads.as_str()]);
-    table.row(["SIMD", simd().as_str()]);
+    table.row(["SIMD", Vectors::widest().name()]);
     if system.total_memory() > 0 {
         let [total, free] = [system.total_memory(), system.available_memory()].map(|count| bytes(count as f64));
         table.row(["memory", format!("{total}, {free} available").as_str()]);
     }
-}
-
-/// Instruction sets of this processor that matter for the kernels.
-#[cfg(target_arch = "x86_64")]
-fn simd() -> String {
-    let found = [
-        ("sse4.2", is_x86_feature_detected!("sse4.2")),
-        ("avx", is_x86_feature_detected!("avx")),
-        ("avx2", is_x86_feature_detected!("avx2")),
-        ("fma", is_x86_feature_detected!("fma")),
-        ("avx512f", is_x86_feature_detected!("avx512f")),
-    ];
-    let names: Vec<&str> = found.into_iter().filter(|(_, there)| *there).map(|(name, _)| name).collect();
-    if names.is_empty() { "none used".to_owned() } else { names.join(", ") }
-}
-
-/// Instruction sets of this processor that matter for the kernels.
-#[cfg(not(target_arch = "x86_64"))]
-fn simd() -> String {
-    std::env::consts::ARCH.to_owned()
 }
 
 /// Prints the JSON Schema of the case file, or its keys as tables.

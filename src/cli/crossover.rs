@@ -9,9 +9,8 @@ use ripstop::model::unit_cell_curve::{CurveLaw, CurvePoint};
 use ripstop::output::number::short;
 use serde_json::{Map, Value, json};
 
-use super::choice::{LAWS, one_of};
 use super::failure::CommandFailure;
-use super::range::StretchRange;
+use super::input::{LAWS, Stretches, one_of};
 use super::terminal::{self, Align, TextTable};
 
 /// Points in one grid at most.
@@ -28,10 +27,10 @@ pub(crate) struct CrossoverArguments {
     case: PathBuf,
     /// Fabric stretch along warp: one value, or first:last:count
     #[arg(long, value_name = "A[:B:N]")]
-    warp_stretch: StretchRange,
+    warp_stretch: Stretches,
     /// Fabric stretch along weft: one value, or first:last:count
     #[arg(long, value_name = "C[:D:N]")]
-    weft_stretch: StretchRange,
+    weft_stretch: Stretches,
     /// Unit-cell law [default: the case's]
     #[arg(long, value_parser = one_of(LAWS))]
     law: Option<CurveLaw>,
@@ -50,12 +49,12 @@ pub(crate) struct CrossoverArguments {
 pub(crate) fn crossover(arguments: &CrossoverArguments) -> Result<(), CommandFailure> {
     let fabric = case::read(&arguments.case, &arguments.sets)?.fabric;
     let law = arguments.law.unwrap_or_else(|| fabric.crossover.law.into());
-    let (warp, weft) = (arguments.warp_stretch.values(), arguments.weft_stretch.values());
+    let (warp, weft) = (&arguments.warp_stretch.0, &arguments.weft_stretch.0);
     if warp.len() * weft.len() > MAX_POINTS {
         let [expected, found] = [format!("at most {MAX_POINTS} points"), format!("{} × {}", warp.len(), weft.len())];
         return Err(CommandFailure::expected("--warp-stretch, --weft-stretch", expected, found));
     }
-    let points = unit_cell_curve::solve_with(&fabric, law, &warp, &weft);
+    let points = unit_cell_curve::solve_with(&fabric, law, warp, weft);
     terminal::print(&match (arguments.json, arguments.csv) {
         (true, _) => json_text(law, &points),
         (_, true) => csv_text(&points),

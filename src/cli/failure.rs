@@ -30,11 +30,6 @@ pub(crate) struct CommandFailure {
 }
 
 impl CommandFailure {
-    /// Text for standard error.
-    pub(crate) fn message(&self) -> &str {
-        &self.message
-    }
-
     /// Exit code 1.
     pub(crate) fn check(message: impl Into<String>) -> Self {
         Self { code: CHECK, message: message.into() }

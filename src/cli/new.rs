@@ -1,6 +1,6 @@
 //! `ripstop new`: a case to start from. Known fabrics and projectiles stand in `presets.json`.
 
-use std::io::{self, BufRead as _, IsTerminal as _, Write as _};
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -25,7 +25,7 @@ const NOTES: &str = "Lengths in mm, masses in g, times in us; every key ends in 
 /// `ripstop new`
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
-  ripstop new shot.json                          # asks for what is not given, on a terminal
+  ripstop new shot.json
   ripstop new shot.json --fabric twaron-ct709 --plies 4 --projectile fsp-22 --velocity 350
   ripstop new shot.json --fabric my-fabric.json --projectile sphere:6.35 --velocity 300
 
@@ -35,18 +35,18 @@ pub(crate) struct NewArguments {
     /// Case file to write
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// Fabric: a name, or a file with the keys of a fabric [default: s-720]
-    #[arg(long, value_name = "NAME|FILE")]
-    fabric: Option<String>,
-    /// Plies [default: 1]
-    #[arg(long, value_name = "N")]
-    plies: Option<String>,
-    /// Projectile: a name, or sphere:D, ball:D, rcc:D, cylinder:DxL with sizes in mm, of solid steel [default: rcc-paper]
-    #[arg(long, value_name = "NAME")]
-    projectile: Option<String>,
-    /// Velocity [m/s] [default: 200]
-    #[arg(long, value_name = "M_S", allow_negative_numbers = true)]
-    velocity: Option<String>,
+    /// Fabric: a name, or a file with the keys of a fabric
+    #[arg(long, value_name = "NAME|FILE", default_value = "s-720")]
+    fabric: String,
+    /// Plies
+    #[arg(long, value_name = "N", default_value = "1")]
+    plies: Number,
+    /// Projectile: a name, or sphere:D, ball:D, rcc:D, cylinder:DxL with sizes in mm, of solid steel
+    #[arg(long, value_name = "NAME", default_value = "rcc-paper")]
+    projectile: String,
+    /// Velocity [m/s]
+    #[arg(long, value_name = "M_S", default_value = "200", allow_negative_numbers = true)]
+    velocity: Number,
     /// Write over FILE where there is one
     #[arg(long)]
     force: bool,
@@ -59,13 +59,8 @@ pub(crate) fn new(arguments: &NewArguments) -> Result<(), CommandFailure> {
         let failure = CommandFailure::expected(file.display(), "a file that is not there yet", "one that is");
         return Err(failure.help("--force writes over it"));
     }
-    let number = |flag: &'static str, place: &'static str| move |typed: &str| number(flag, place, typed);
-    let (fabric_name, fabric, mut sources) = answer(fabric, "fabric", "s-720", &menu("fabrics"), read_fabric)?;
-    let plies = answer(plies, "plies", "1", "", number("--plies", "pack/properties/plies"))?;
-    let known = menu("projectiles");
-    let (what, mut projectile, its_sources) = answer(projectile, "projectile", "rcc-paper", &known, read_projectile)?;
-    let speed = number("--velocity", "projectile/properties/velocity_m_s");
-    let velocity = answer(velocity, "velocity [m/s]", "200", "", speed)?;
+    let (fabric_name, fabric, mut sources) = read_fabric(fabric)?;
+    let (what, mut projectile, its_sources) = read_projectile(projectile)?;
     projectile["velocity_m_s"] = json!(velocity);
     projectile["friction"] = json!(0.2);
     let chosen = json!("chosen with `ripstop new`");
@@ -73,7 +68,7 @@ pub(crate) fn new(arguments: &NewArguments) -> Result<(), CommandFailure> {
     sources.extend(its_sources.into_iter().map(|(pointer, text)| (format!("/projectile{pointer}"), text)));
     sources.insert("/projectile/velocity_m_s".to_owned(), chosen);
     sources.insert("/projectile/friction".to_owned(), json!("assumed: not published"));
-    let count = if plies == Number::from(1) { "1 ply".to_owned() } else { format!("{plies} plies") };
+    let count = if *plies == Number::from(1) { "1 ply".to_owned() } else { format!("{plies} plies") };
     let title = format!("{fabric_name}, {count}, {what} at {velocity} m/s");
     let document = json!({
         "$schema": SCHEMA,
@@ -96,68 +91,20 @@ pub(crate) fn new(arguments: &NewArguments) -> Result<(), CommandFailure> {
     ))
 }
 
-/// Value that `read` makes of a flag; else of what is typed, asked for until it can be read; else, without a terminal, of the default.
-fn answer<T>(
-    given: &Option<String>,
-    what: &str,
-    default: &str,
-    menu: &str,
-    read: impl Fn(&str) -> Result<T, CommandFailure>,
-) -> Result<T, CommandFailure> {
-    if given.is_some() || !(io::stdin().is_terminal() && io::stdout().is_terminal()) {
-        return read(given.as_deref().unwrap_or(default));
-    }
-    terminal::print(menu)?;
-    let failed = |error: io::Error| CommandFailure::input(format!("error: cannot ask for the {what}: {error}"));
-    loop {
-        terminal::print(&format!("{what} [{default}]: "))?;
-        let mut line = String::new();
-        if io::stdin().lock().read_line(&mut line).map_err(failed)? == 0 {
-            return Err(failed(io::ErrorKind::UnexpectedEof.into()));
-        }
-        match read(Some(line.trim()).filter(|typed| !typed.is_empty()).unwrap_or(default)) {
-            Err(failure) => terminal::complain(failure.message()),
-            read => return read,
-        }
-    }
-}
-
-/// A number within the bounds that the schema has at `place`.
-fn number(flag: &str, place: &str, typed: &str) -> Result<Number, CommandFailure> {
-    let schema = case::schema();
-    let key = &schema.pointer(&format!("/properties/{place}")).unwrap_or(&Value::Null);
-    let bound = |name: &str| key[name].as_f64();
-    let is_whole = key["type"] == "integer";
-    let fits = |number: &Number| {
-        let value = number.as_f64().unwrap_or(f64::NAN);
-        bound("minimum").is_none_or(|least| value >= least)
-            && bound("exclusiveMinimum").is_none_or(|least| value > least)
-            && bound("maximum").is_none_or(|most| value <= most)
-            && (!is_whole || number.is_u64())
-    };
-    typed.parse().ok().filter(fits).ok_or_else(|| {
-        let kind = if is_whole { "a whole number" } else { "a number" };
-        let least = bound("minimum").map_or("above 0".to_owned(), |least| format!("from {least}"));
-        let most = bound("maximum").unwrap_or(f64::INFINITY);
-        CommandFailure::expected(flag, format!("{kind} {least}, at most {most}"), format!("{typed:?}"))
-    })
-}
-
 /// Known fabrics or projectiles by name.
 fn presets(kind: &str) -> Map<String, Value> {
     let all: Value = serde_json::from_str(include_str!("presets.json")).unwrap_or_default();
     all[kind].as_object().cloned().unwrap_or_default()
 }
 
-/// Names, and what they stand for.
-fn menu(kind: &str) -> String {
-    let what = |preset: &Value| preset.as_str().or(preset["what"].as_str()).unwrap_or_default().to_owned();
-    presets(kind).iter().map(|(name, preset)| format!("  {name:14} {}\n", what(preset))).collect()
-}
-
+/// Refusal of a name, with those that are known and their meaning.
 fn unknown(flag: &str, found: &str, more: &str) -> CommandFailure {
-    let names: Vec<String> = presets(&format!("{}s", &flag[2..])).keys().cloned().collect();
-    CommandFailure::expected(flag, format!("{}, {more}", names.join(", ")), format!("{found:?}"))
+    let known = presets(&format!("{}s", &flag[2..]));
+    let names: Vec<&str> = known.keys().map(String::as_str).collect();
+    let what = |preset: &Value| preset.as_str().or(preset["what"].as_str()).unwrap_or_default().to_owned();
+    let lines: Vec<String> = known.iter().map(|(name, preset)| format!("{name:14} {}", what(preset))).collect();
+    let failure = CommandFailure::expected(flag, format!("{}, {more}", names.join(", ")), format!("{found:?}"));
+    failure.help(lines.join("\n        "))
 }
 
 /// A projectile: its name in the title, keys, and sources by pointer within it.

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use ripstop::case::Case;
 use ripstop::output::checks::{self, Check, Level};
-use ripstop::output::expectation::{Judgement, expected, got, judgement, note, quantity};
+use ripstop::output::expect::{Judgement, expected, got, judgement, note, quantity};
 use ripstop::output::number::{fixed, grouped, us};
 use ripstop::output::warnings::Warning;
 use ripstop::output::{Breakage, Energies, symmetry, verdict};

@@ -6,9 +6,9 @@ use std::time::Instant;
 
 use clap::{Args, builder::RangedU64ValueParser};
 use ripstop::case::{self, Case};
+use ripstop::output::Animation;
 use ripstop::output::frames::Recorder;
 use ripstop::output::number::us;
-use ripstop::output::report::Animation;
 use ripstop::output::{CHECKPOINT, CheckpointWriter, Folder};
 use ripstop::run::checkpoint::{Checkpoint, Header};
 use ripstop::run::{self, Options};
@@ -16,7 +16,7 @@ use serde_json::Value;
 
 use super::backend;
 use super::failure::CommandFailure;
-use super::range::interval;
+use super::input::interval;
 use super::run::{Print, RunObserver, conclude, file};
 use super::terminal::{self, Bar};
 

@@ -7,10 +7,10 @@ use std::time::Instant;
 use clap::{Args, ValueEnum, builder::RangedU64ValueParser};
 use ripstop::case::Case;
 use ripstop::output::checks::case_warnings;
-use ripstop::output::expectation::{Judgement, judgement};
+use ripstop::output::expect::{Judgement, judgement};
 use ripstop::output::frames::Recorder;
-use ripstop::output::report::{self, Animation};
-use ripstop::output::{self, CHECKPOINT, CheckpointWriter, Folder, StagedFrames};
+use ripstop::output::report;
+use ripstop::output::{self, Animation, CHECKPOINT, CheckpointWriter, Folder, StagedFrames};
 use ripstop::run::checkpoint::{Checkpointable, Header};
 use ripstop::run::{self, Observer, Options, Progress, Run, RunError, Skips, View};
 use serde_json::Value;
@@ -18,9 +18,9 @@ use tracing::{info, warn};
 
 use super::arguments::{BackendArguments, BackendChoice};
 use super::failure::CommandFailure;
-use super::range::interval;
+use super::input::{self, interval};
 use super::terminal::{self, Bar};
-use super::{backend, input, result};
+use super::{backend, result};
 
 /// `ripstop run`
 #[derive(Args, Debug)]

@@ -41,11 +41,9 @@ pub(crate) fn print(text: &str) -> Result<(), CommandFailure> {
     }
 }
 
-/// Writes lines to standard error, fitted to the screen if it is one. A failure has no place left to be reported.
+/// Writes lines to standard error. A failure has no place left to be reported.
 pub(crate) fn complain(message: &str) {
-    let term = Term::stderr();
-    let width = if term.is_term() { width(&term) } else { usize::MAX };
-    let lines: Vec<String> = message.lines().map(|line| label(&fitted(line, width))).collect();
+    let lines: Vec<String> = message.lines().map(label).collect();
     aside(|| drop(writeln!(io::stderr().lock(), "{}", lines.join("\n"))));
 }
 
@@ -56,17 +54,6 @@ fn aside<T>(write: impl FnOnce() -> T) -> T {
         Some(bar) => bar.suspend(write),
         None => write(),
     }
-}
-
-/// A line; one that is too long goes on under itself, four blanks further to the right.
-fn fitted(line: &str, width: usize) -> String {
-    if line.chars().count() <= width {
-        return line.to_owned();
-    }
-    let text = line.trim_start();
-    let blanks = &line[..line.len() - text.len()];
-    let parts = wrap(text, width.saturating_sub(blanks.len() + 4));
-    format!("{blanks}{}", parts.join(&format!("\n{blanks}    ")))
 }
 
 /// A line with its label in colour.
@@ -81,28 +68,18 @@ fn label(line: &str) -> String {
     line.to_owned()
 }
 
-/// Width of text on a screen [columns].
-fn width(term: &Term) -> usize {
-    term.size_checked().filter(|(_, columns)| *columns > 0).map_or(WIDEST, |(_, columns)| columns.into()).min(WIDEST)
-}
-
-/// Text in lines of at most so many columns (20 at least), broken between words.
-fn wrap(text: &str, width: usize) -> Vec<String> {
+/// Lines of a text, broken between words, that fit on the screen (20 columns at least) after so many blanks.
+pub(crate) fn wrapped(text: &str, indent: usize) -> Vec<String> {
+    let screen = Term::stdout().size_checked().filter(|(_, columns)| *columns > 0);
+    let width = screen.map_or(WIDEST, |(_, columns)| columns.into()).min(WIDEST).saturating_sub(indent).max(20);
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {
         match lines.last_mut() {
-            Some(line) if line.chars().count() + 1 + word.chars().count() <= width.max(20) => {
-                *line += &format!(" {word}")
-            }
+            Some(line) if line.chars().count() + 1 + word.chars().count() <= width => *line += &format!(" {word}"),
             _ => lines.push(word.to_owned()),
         }
     }
     lines
-}
-
-/// Lines of a text that fit on the screen after so many blanks.
-pub(crate) fn wrapped(text: &str, indent: usize) -> Vec<String> {
-    wrap(text, width(&Term::stdout()).saturating_sub(indent))
 }
 
 /// Every line two blanks further to the right.

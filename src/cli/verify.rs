@@ -3,7 +3,7 @@
 use std::sync::atomic::Ordering;
 
 use clap::{Args, builder::RangedU64ValueParser};
-use ripstop::output::expectation::{expected, got, quantity};
+use ripstop::output::expect::{expected, got, quantity};
 use ripstop::run::Progress;
 use ripstop::study::verify::{self, CASES};
 use serde_json::{Value, json};

@@ -1,4 +1,4 @@
-//! Which yarns broke, and where.
+//! Broken yarns: which, and where.
 
 use std::collections::BTreeSet;
 
@@ -11,7 +11,7 @@ const HIT: f64 = 2.0;
 /// Pieces of yarn this near to the side of a ply broke at its edge [crossovers].
 const EDGE: f64 = 2.0;
 
-/// What broke in a run. A yarn that broke in several places is one yarn and as many pieces.
+/// Broken yarns of a run. A yarn that broke in several places is one yarn and as many pieces.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Breakage {
@@ -19,11 +19,11 @@ pub struct Breakage {
     pub yarns: [usize; 2],
     /// Pieces within two diameters of the line of flight.
     pub at_hit: usize,
-    /// Of the others, those within two crossovers of the side of a ply.
+    /// Other pieces within two crossovers of the side of a ply.
     pub at_edges: usize,
-    /// The rest.
+    /// All other pieces.
     pub elsewhere: usize,
-    /// Of those at edges that are held, the ones that decide: in a perforation those that broke before the last piece at the hit, else all.
+    /// Pieces at edges that are held, so far as they decide: in a perforation those that broke before the last piece at the hit, else all.
     pub torn_off: usize,
 }
 
@@ -38,7 +38,7 @@ impl Breakage {
         self.torn_off > self.at_hit
     }
 
-    /// What broke in a run of a case.
+    /// Broken yarns of a run of a case.
     pub fn of(case: &Case, run: &Run) -> Self {
         let layers = case.layers();
         let plies: Vec<PlyLayout> =
@@ -74,7 +74,7 @@ impl Breakage {
     }
 }
 
-/// Where the elements of a ply lie.
+/// Places of the elements of a ply.
 #[derive(Clone)]
 struct PlyLayout {
     /// Lines of nodes along warp and weft [crossovers from the first].

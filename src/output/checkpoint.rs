@@ -1,4 +1,4 @@
-//! Writes the checkpoints of a run into its folder.
+//! Writer of the checkpoints of a run.
 
 use std::time::Instant;
 
@@ -9,36 +9,36 @@ use crate::run::checkpoint::{Checkpointable, Header, Spent};
 /// Rounding allowed in comparing times, in steps.
 const SLACK: f64 = 1e-6;
 
-/// Why there is no checkpoint of a time.
+/// Reason why there is no checkpoint of a time.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("no checkpoint at {time}: {reason}; {last}")]
 #[non_exhaustive]
 pub struct CheckpointWriteError {
     /// Time of the run, with its unit.
     pub time: String,
-    /// What the disk or the device said.
+    /// Words of the disk or the device.
     pub reason: String,
-    /// What has become of the checkpoint before.
+    /// Fate of the checkpoint before.
     pub last: String,
 }
 
-/// Keeps the last checkpoint of a run.
+/// Writer of checkpoints, of which the last stays.
 pub struct CheckpointWriter<'a> {
     folder: &'a Folder,
     case: &'a Case,
     head: Header,
-    /// When this command began.
+    /// Begin of this command.
     start: Instant,
     /// Whether the folder is this run's.
     begun: bool,
-    /// When a checkpoint was last tried, and last written [s].
+    /// Times of the last checkpoint tried, and of the last written [s].
     tried: f64,
     kept: Option<f64>,
     failed: Option<String>,
 }
 
 impl<'a> CheckpointWriter<'a> {
-    /// A keeper of a run that begins, or that goes on if `head` has come from a checkpoint in the folder.
+    /// Writer of a run that begins, or that goes on if `head` has come from a checkpoint in the folder.
     pub fn new(folder: &'a Folder, case: &'a Case, head: Header, start: Instant) -> Self {
         let resumed = head.step > 0;
         let kept = resumed.then_some(head.time);
@@ -51,7 +51,7 @@ impl<'a> CheckpointWriter<'a> {
         time >= intervals * self.head.every - SLACK * dt
     }
 
-    /// Writes a checkpoint in place of the one before. `followed`: what whoever follows the run wants back; `loop_seconds`: time
+    /// Writes a checkpoint in place of the one before. `followed`: state of the observer; `loop_seconds`: time
     /// in the loop so far, all parts of the run [s].
     ///
     /// # Errors
@@ -75,7 +75,7 @@ impl<'a> CheckpointWriter<'a> {
         result
     }
 
-    /// Makes the folder that of this run: what an earlier one has left goes.
+    /// Makes the folder that of this run: files of an earlier one go.
     ///
     /// # Errors
     /// When the disk refuses.

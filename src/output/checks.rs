@@ -1,13 +1,11 @@
 //! Checks of a run: each number, its limits, and what that means for the result. One table for the terminal, `summary.json` and the report.
-//!
-//! A check that is not fine may be a numbered warning; `explain` has more words on those.
 
 use super::breakage::Breakage;
 use super::number::{fraction, grouped, short};
 use super::summary::residual_velocity;
 use super::verdict::verdict;
-use super::warnings::{KINDS, Warning};
-use crate::case::{Case, ContactSampling, Field, Motion, Numerics, Shape};
+use super::warnings::{self, Warning, warning};
+use crate::case::{Case, ContactSampling, Motion, Numerics, Shape};
 use crate::physics::projectile_body::Body;
 use crate::run::Run;
 use crate::run::outcome::Outcome;
@@ -28,10 +26,6 @@ const PLY_PENETRATION_LIMIT: f64 = 1.0;
 pub const CROSSOVERS_LIMIT: u32 = 1;
 /// Least diameter of a projectile over the longest element side [-]: contact is sampled at nodes.
 pub const CELLS_LIMIT: f64 = 3.0;
-/// Mean densities a projectile may have [kg/m³]: from light plastics to osmium.
-const DENSITY_LIMITS: [f64; 2] = [900.0, 22_600.0];
-/// Difference of a given mass from that of the given density, over the latter [-].
-const DENSITY_TOLERANCE: f64 = 0.05;
 /// Errors of energy and momentum that change no figure of a result [-].
 const NEGLIGIBLE: f64 = 1e-4;
 /// Energy from nowhere above which a result is not to be used, over what was put in or what the fabric holds [-].
@@ -106,13 +100,14 @@ pub fn checks(case: &Case, run: &Run) -> Vec<Check> {
 /// Warnings before a run, in order of code.
 pub fn case_warnings(case: &Case) -> Vec<Warning> {
     let small = width(case).and_then(|check| check.warning);
-    [assumed(case), mesh(case).warning, small, mass(case)].into_iter().flatten().collect()
+    [warnings::assumed(case), mesh(case).warning, small, warnings::mass(case)].into_iter().flatten().collect()
 }
 
 /// Warnings after a run, in order of code.
 pub fn warnings(case: &Case, checks: &[Check]) -> Vec<Warning> {
     let found = checks.iter().filter_map(|check| check.warning.clone());
-    let mut all: Vec<Warning> = [assumed(case), mass(case)].into_iter().flatten().chain(found).collect();
+    let mut all: Vec<Warning> =
+        [warnings::assumed(case), warnings::mass(case)].into_iter().flatten().chain(found).collect();
     all.sort_by_key(|warning| warning.kind.code);
     all
 }
@@ -121,11 +116,6 @@ pub fn warnings(case: &Case, checks: &[Check]) -> Vec<Warning> {
 pub fn advice(checks: &[Check]) -> (Level, Vec<&Check>) {
     let level = checks.iter().map(|check| check.level).max().unwrap_or(Level::Fine);
     (level, checks.iter().filter(|check| check.level == level && level != Level::Fine).collect())
-}
-
-/// Fields without a published value.
-pub fn assumed_fields(case: &Case) -> impl Iterator<Item = &Field> {
-    case.fields.iter().filter(|field| field.assumed)
 }
 
 impl Check {
@@ -178,36 +168,6 @@ fn look_if(condition: bool) -> Level {
 /// Whether a value is a number and no larger than its limit.
 fn is_within(value: f64, limit: f64) -> bool {
     value <= limit
-}
-
-fn warning(number: usize, value: f64, limit: f64, message: String) -> Warning {
-    Warning { kind: &KINDS[number - 1], message, value, limit }
-}
-
-fn assumed(case: &Case) -> Option<Warning> {
-    let count = assumed_fields(case).count();
-    let what = if count == 1 { "1 parameter is".to_owned() } else { format!("{count} parameters are") };
-    (count > 0).then(|| warning(1, count as f64, 0.0, format!("{what} assumed, not published")))
-}
-
-fn mass(case: &Case) -> Option<Warning> {
-    let projectile = case.projectile.as_ref()?;
-    if matches!(projectile.shape, Shape::Bar { .. }) || projectile.motion == Motion::Prescribed {
-        return None;
-    }
-    let volume = projectile.shape.volume();
-    let found = projectile.mass / volume;
-    let body = format!("{} g in {} cm³ are {found:.0} kg/m³", short(projectile.mass * 1e3, 3), short(volume * 1e6, 3));
-    let [lightest, densest] = DENSITY_LIMITS;
-    let (limit, words) = match projectile.density {
-        Some(given) if (found / given - 1.0).abs() > DENSITY_TOLERANCE => {
-            (given, format!(", not the {given:.0} of /projectile/density_kg_m3"))
-        }
-        _ if found > densest => (densest, ", more than the densest metal has".to_owned()),
-        _ if found < lightest => (lightest, ": hollow, or a slip of a unit".to_owned()),
-        _ => return None,
-    };
-    Some(warning(7, found, limit, body + &words))
 }
 
 fn end(case: &Case, run: &Run) -> Check {

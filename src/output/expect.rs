@@ -1,4 +1,4 @@
-//! Expectations: what a case says about its result, against the run.
+//! Expectations of a case against its run.
 //!
 //! A quantity is, in this order: a wave quantity measured on deflection profiles (`plateau_strain`,
 //! `shock_speed_m_s`, `kink_speed_m_s`) or on the history (`frequency_hz`); with `at_us`, a column of `history.csv`
@@ -8,6 +8,7 @@
 use serde_json::{Value, json};
 
 use super::history;
+use super::number::short;
 use crate::case::{Bound, Case, Expect};
 use crate::run::profile::{self, DeflectionProfile};
 use crate::run::{Run, Sample};
@@ -16,18 +17,18 @@ use crate::run::{Run, Sample};
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Checked {
-    /// What the case states.
+    /// Expectation of the case.
     pub expect: Expect,
     /// Number, word or flag found; null where there is none.
     pub got: Value,
     /// Whether it holds.
     pub pass: bool,
-    /// Why there is nothing to compare, or how the number was read.
+    /// Reason why there is nothing to compare, or how the number was read.
     pub note: Option<String>,
 }
 
 impl Checked {
-    /// As it stands in `summary.json`; times in µs.
+    /// Result as it stands in `summary.json`; times in µs.
     pub fn to_json(&self) -> Value {
         let expect = &self.expect;
         let mut out = json!({
@@ -94,7 +95,7 @@ pub fn check(case: &Case, run: &Run, summary: &Value) -> Vec<Checked> {
         .collect()
 }
 
-/// What was found, and how it was read where that is not as asked for.
+/// Value found, and how it was read where that is not as asked for.
 type FoundValue = (Value, Option<String>);
 
 fn holds(bound: &Bound, got: &Value) -> bool {
@@ -160,7 +161,7 @@ fn nearest(profiles: &[DeflectionProfile], time: f64) -> Result<&DeflectionProfi
         .ok_or_else(|| "no profile was taken; list its time in /output/profile_times_us".to_owned())
 }
 
-/// Says which profiles were used where they are not the ones asked for.
+/// Note on the profiles used where they are not the ones asked for.
 fn other_times(used: &[&DeflectionProfile], asked: &[f64], time_step: f64) -> Option<String> {
     let off = used.iter().zip(asked).any(|(profile, time)| (profile.time - time).abs() > time_step);
     let times: Vec<String> = used.iter().map(|profile| format!("{:.3}", profile.time * 1e6)).collect();
@@ -225,6 +226,70 @@ fn vertex(points: &[[f64; 2]]) -> f64 {
     let (fall, rise) = (b[1] - c[1], b[1] - a[1]);
     let below = left * fall + right * rise;
     if below > 0.0 { b[0] - 0.5 * (left * left * fall - right * right * rise) / below } else { b[0] }
+}
+
+/// Quantity of an expectation in `summary.json`, with the time or interval.
+pub fn quantity(check: &Value) -> String {
+    let name = check["quantity"].as_str().unwrap_or_default();
+    if let Some(at) = check["at_us"].as_f64() {
+        return format!("{name} at {} µs", short(at, 7));
+    }
+    match (check["between_us"][0].as_f64(), check["between_us"][1].as_f64()) {
+        (Some(from), Some(to)) => format!("{name} between {} and {} µs", short(from, 7), short(to, 7)),
+        _ => name.to_owned(),
+    }
+}
+
+/// Bound of an expectation in words.
+pub fn expected(check: &Value) -> String {
+    let expected = &check["expected"];
+    let number = |key: &str| expected[key].as_f64();
+    if let Some(word) = expected.as_str() {
+        return word.to_owned();
+    }
+    match (number("value"), number("tolerance"), number("min"), number("max")) {
+        (Some(value), Some(tolerance), ..) => format!("{value} ± {}", short(tolerance, 6)),
+        (.., Some(min), Some(max)) => format!("{min} to {max}"),
+        (.., Some(min), None) => format!("≥ {min}"),
+        (.., None, Some(max)) => format!("≤ {max}"),
+        _ => "-".to_owned(),
+    }
+}
+
+/// Result of the run in words.
+pub fn got(check: &Value) -> String {
+    match &check["got"] {
+        Value::Number(number) => number.as_f64().map_or_else(String::new, |number| short(number, 6)),
+        Value::String(word) => word.clone(),
+        Value::Null => "nothing".to_owned(),
+        other => other.to_string(),
+    }
+}
+
+/// Reason why there is nothing to compare, how the number was read, or why it is known to differ.
+pub fn note(check: &Value) -> String {
+    let notes = ["note", "known_difference"].into_iter().filter_map(|key| check[key].as_str());
+    notes.map(|note| format!("({note})")).collect::<Vec<_>>().join(" ")
+}
+
+/// Judgement of an expectation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Judgement {
+    /// It holds.
+    Holds,
+    /// It does not, and the case says why.
+    Known,
+    /// It does not.
+    Fails,
+}
+
+/// Judgement of an expectation in `summary.json`.
+pub fn judgement(check: &Value) -> Judgement {
+    match (check["pass"] == true, check["known_difference"].is_string()) {
+        (true, _) => Judgement::Holds,
+        (false, true) => Judgement::Known,
+        (false, false) => Judgement::Fails,
+    }
 }
 
 #[cfg(test)]

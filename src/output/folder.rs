@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 use tempfile::{NamedTempFile, TempDir};
 
-use super::lock::Lock;
-use super::{csv, history, picture};
+use super::disk::{self, Lock, temporary};
+use super::{csv, figures, history};
 use crate::case::Case;
 use crate::run::Run;
 
@@ -16,11 +16,11 @@ use crate::run::Run;
 const PROFILES: &str = "profiles.csv";
 /// The file that is only there for packs of several plies.
 const PLIES: &str = "plies.csv";
-/// The file that is not there where nobody wants it.
+/// The file that is only there where it is asked for.
 const REPORT: &str = "report.html";
 /// The case as run.
 const CASE: &str = "case.json";
-/// The file that says what became of a run.
+/// The results in one object.
 const SUMMARY: &str = "summary.json";
 /// The last checkpoint of a run that has not ended.
 pub const CHECKPOINT: &str = "checkpoint.bin";
@@ -29,9 +29,9 @@ pub(super) const PVD: &str = "frames.pvd";
 pub(super) const FRAMES: &str = "frames";
 /// Folder of frames that a run which goes on from the checkpoint needs.
 pub(super) const SPOOL: &str = "checkpoint.frames";
-/// What a folder has to be.
+/// Expectation of a folder.
 const WRITABLE: &str = "a folder that can be written";
-/// Every file this module may write.
+/// All files this module may write.
 const FILES: [&str; 10] =
     [CASE, "history.csv", "events.csv", PLIES, PROFILES, PVD, "shot.svg", REPORT, SUMMARY, CHECKPOINT];
 
@@ -39,18 +39,18 @@ const FILES: [&str; 10] =
 #[derive(Debug, Default)]
 pub struct StagedFrames(pub(super) Option<TempDir>);
 
-/// Why the results could not be written.
+/// Reason why results could not be written.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("error: {path}\n  expected: {expected}\n  found: {found}\n  help: {help}")]
 #[non_exhaustive]
 pub struct OutputError {
     /// File or folder.
     pub path: String,
-    /// What it should be.
+    /// Expectation.
     pub expected: &'static str,
-    /// What the system said.
+    /// Words of the system.
     pub found: String,
-    /// What to do.
+    /// Advice.
     pub help: &'static str,
 }
 
@@ -60,7 +60,7 @@ impl OutputError {
         Self { path: path.display().to_string(), expected, found: found.to_string(), help }
     }
 
-    /// A file of results that the disk refuses.
+    /// Error of a file of results that the disk refuses.
     pub(crate) fn unwritten(path: &Path, error: &io::Error) -> Self {
         Self {
             help: "make room there, then go on with --resume",
@@ -68,14 +68,14 @@ impl OutputError {
         }
     }
 
-    /// Another run writes there.
+    /// Error of a folder that another run writes to.
     fn taken(path: &Path) -> Self {
         let help = "wait for its end, or choose another folder with --out DIR";
         let expected = "a folder that no other run writes to";
         Self { help, ..Self::new(path, expected, "another run, which is still going on") }
     }
 
-    /// Somebody has removed it.
+    /// Error of a folder that was removed.
     fn gone(path: &Path) -> Self {
         let expected = "the folder that the run began with";
         let found = if path.exists() { "another one of this name" } else { "none: it was removed meanwhile" };
@@ -87,15 +87,14 @@ impl OutputError {
 #[derive(Debug)]
 pub struct Folder {
     path: PathBuf,
-    /// The folders made for it, outermost first.
+    /// Folders made for it, outermost first.
     made: Vec<PathBuf>,
-    /// Keeps other runs away; `None` of a folder that is shared.
+    /// Lock against other runs; `None` before it is taken and after it is given up.
     lock: Option<Lock>,
 }
 
 impl Folder {
-    /// Makes the folder where it is missing and tries to write there, so that a run does not end in vain. Until it is dropped no other
-    /// run gets it.
+    /// Folder of a run, made where it is missing and tried, so that the run does not end in vain. Until it is dropped no other run gets it.
     ///
     /// # Errors
     /// When it is a file, cannot be made or written, another run has it, or when results would replace the case file itself.
@@ -103,7 +102,7 @@ impl Folder {
         Self::prepare_for(path, &FILES, &[case.path.as_path()])
     }
 
-    /// The folder of a run that goes on; its case lies there.
+    /// Folder of a run that goes on; its case lies there.
     ///
     /// # Errors
     /// As [`Folder::prepare`].
@@ -111,50 +110,40 @@ impl Folder {
         let help = "wait for the end of a run that writes to it, or see to it that it can be written";
         let folder = Self::prepare_for(path, &FILES, &[]).map_err(|error| OutputError { help, ..error })?;
         // A run that was killed had no time to do that.
-        sweep(path).map_err(|error| folder.refused("", &error))?;
+        disk::remove_unfinished(path).map_err(|error| folder.refused("", &error))?;
         Ok(folder)
     }
 
-    /// The same for these files, none of which may replace one of those that were read.
+    /// Folder of these files, none of which may replace one of those that were read.
     ///
     /// # Errors
     /// As [`Folder::prepare`].
     pub fn prepare_for(path: &Path, files: &[&str], read: &[&Path]) -> Result<Self, OutputError> {
-        let mut folder = Self::share(path, files, read)?;
-        folder.lock = match Lock::take(path) {
-            Ok(Some(lock)) => Some(lock),
-            refused => {
-                folder.abandon();
-                let unwritable = |error| OutputError::new(path, WRITABLE, error);
-                return Err(refused.err().map_or_else(|| OutputError::taken(path), unwritable));
-            }
-        };
-        Ok(folder)
-    }
-
-    /// The same of a folder that others may write to at the same time: for files that are made in a moment.
-    ///
-    /// # Errors
-    /// As [`Folder::prepare`], but that nobody can have it.
-    pub fn share(path: &Path, files: &[&str], read: &[&Path]) -> Result<Self, OutputError> {
-        let expected = "a folder for the results";
         if path.exists() && !path.is_dir() {
-            return Err(OutputError::new(path, expected, "a file"));
+            return Err(OutputError::new(path, "a folder for the results", "a file"));
         }
         let missing = |folder: &&Path| *folder != Path::new("") && !folder.exists();
         let mut made: Vec<PathBuf> = path.ancestors().take_while(missing).map(Path::to_owned).collect();
         made.reverse();
-        let folder = Self { path: path.to_owned(), made, lock: None };
-        let tried = fs::create_dir_all(path).and_then(|()| temporary(path)).map(drop);
-        let checked = tried.map_err(|error| OutputError::new(path, WRITABLE, error));
-        let checked = checked.and_then(|()| folder.keeps(files, read));
-        match checked {
+        let mut folder = Self { path: path.to_owned(), made, lock: None };
+        match folder.take(files, read) {
             Ok(()) => Ok(folder),
             Err(error) => {
                 folder.abandon();
                 Err(error)
             }
         }
+    }
+
+    /// Makes the folder, tries and locks it.
+    fn take(&mut self, files: &[&str], read: &[&Path]) -> Result<(), OutputError> {
+        let path = self.path.as_path();
+        let unwritable = |error| OutputError::new(path, WRITABLE, error);
+        fs::create_dir_all(path).and_then(|()| temporary(path)).map(drop).map_err(unwritable)?;
+        self.keeps(files, read)?;
+        let lock = Lock::take(path).map_err(unwritable)?.ok_or_else(|| OutputError::taken(path))?;
+        self.lock = Some(lock);
+        Ok(())
     }
 
     /// Refuses to write over what was read.
@@ -167,18 +156,14 @@ impl Folder {
                 return Err(OutputError::new(&path, "a file or nothing", "a folder"));
             }
             if path.canonicalize().is_ok_and(|path| read.contains(&path)) {
-                let found = format!("{name}, which was read");
-                return Err(OutputError::new(
-                    &self.path,
-                    "a folder where no result replaces a file that was read",
-                    found,
-                ));
+                let (expected, found) = ("a folder where no result replaces a file that was read", "which was read");
+                return Err(OutputError::new(&self.path, expected, format!("{name}, {found}")));
             }
         }
         Ok(())
     }
 
-    /// Where it is.
+    /// Path.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -222,7 +207,7 @@ impl Folder {
         if !case.output.profile_times.is_empty() {
             texts.push((PROFILES, csv::profiles(&run.profiles)));
         }
-        texts.push(("shot.svg", picture::picture(case, run)));
+        texts.push(("shot.svg", figures::shot(case, run)));
         texts.extend(report.map(|page| (REPORT, page)));
         // Last, so that a summary speaks of the files around it.
         texts.push((SUMMARY, pretty(summary)));
@@ -244,7 +229,7 @@ impl Folder {
 
     /// Gives frames their names, where those of an earlier run go first; returns the names.
     fn place_frames(&self, frames: StagedFrames) -> io::Result<Vec<&'static str>> {
-        self.remove(PVD)?;
+        disk::remove(&self.path.join(PVD))?;
         self.clear_series(FRAMES)?;
         let Some(staged) = frames.0 else { return Ok(Vec::new()) };
         fs::create_dir_all(self.path.join(FRAMES))?;
@@ -260,7 +245,9 @@ impl Folder {
     fn clear_series(&self, name: &str) -> io::Result<()> {
         let Ok(entries) = fs::read_dir(self.path.join(name)) else { return Ok(()) };
         let is_frame = |name: &str| {
-            let number = name.strip_suffix(".vtu").and_then(|name| name.split_once('_'));
+            // Killed while it wrote, a run leaves a file without its ending.
+            let name = name.strip_suffix(".vtu").or_else(|| name.strip_suffix(".tmp"));
+            let number = name.and_then(|name| name.split_once('_'));
             number
                 .is_some_and(|(part, number)| ["fabric", "projectile"].contains(&part) && number.parse::<u64>().is_ok())
         };
@@ -278,7 +265,7 @@ impl Folder {
     /// A folder of its own under a temporary name.
     pub(super) fn temporary_folder(&self) -> io::Result<TempDir> {
         self.check_identity().map_err(|error| io::Error::other(error.found))?;
-        tempfile::Builder::new().prefix(UNFINISHED[0]).suffix(UNFINISHED[1]).tempdir_in(&self.path)
+        disk::temporary_folder(&self.path)
     }
 
     /// Writes a file piece by piece; it takes the place of an older one once it is complete. What a run that was killed
@@ -288,17 +275,7 @@ impl Folder {
     /// When the disk refuses, or `write` does; the older one is then still there.
     pub(crate) fn replace(&self, name: &str, write: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<()> {
         self.check_identity().map_err(|error| io::Error::other(error.found))?;
-        let staged = self.path.join(staged(name));
-        let written = File::create(&staged).and_then(|mut file| {
-            write(&mut file)?;
-            file.sync_all()
-        });
-        let replaced = written.and_then(|()| fs::rename(&staged, self.path.join(name))).and_then(|()| self.flush());
-        if replaced.is_err() {
-            // Room for what comes; where even that fails, the first reason is the one to tell.
-            fs::remove_file(&staged).ok();
-        }
-        replaced
+        disk::replace(&self.path.join(name), &self.path.join(staged(name)), write).and_then(|()| self.flush())
     }
 
     /// Removes the checkpoint of a run that has ended, or of one whose results are no longer here.
@@ -307,8 +284,8 @@ impl Folder {
     /// When the disk refuses.
     pub fn forget(&self) -> Result<(), OutputError> {
         let remove = |name: &str| {
-            let failed = |error| OutputError::new(&self.path.join(name), "a file that can be removed", error);
-            self.remove(name).map_err(failed)
+            let path = self.path.join(name);
+            disk::remove(&path).map_err(|error| OutputError::new(&path, "a file that can be removed", error))
         };
         remove(&staged(CHECKPOINT)).and_then(|()| remove(CHECKPOINT))?;
         self.clear_series(SPOOL).map_err(|error| self.refused(SPOOL, &error))
@@ -328,16 +305,22 @@ impl Folder {
         files: &[(&'a str, T)],
     ) -> Result<Vec<(&'a str, NamedTempFile)>, OutputError> {
         self.check_identity()?;
-        let stage = |(name, content): &(&'a str, T)| {
-            self.stage(content.as_ref()).map(|file| (*name, file)).map_err(|error| self.refused(name, &error))
+        let stage = |content: &[u8]| {
+            let mut file = temporary(&self.path)?;
+            file.write_all(content)?;
+            file.as_file().sync_all()?;
+            Ok(file)
         };
-        files.iter().map(stage).collect()
+        let staged = files.iter().map(|(name, content)| {
+            stage(content.as_ref()).map(|file| (*name, file)).map_err(|error| self.refused(name, &error))
+        });
+        staged.collect()
     }
 
     /// Gives files their names, after `stale` ones of an earlier time are gone.
     fn place<'a>(&self, files: Vec<(&'a str, NamedTempFile)>, stale: &[&str]) -> Result<Vec<&'a str>, OutputError> {
         for name in stale {
-            self.remove(name).map_err(|error| self.refused(name, &error))?;
+            disk::remove(&self.path.join(name)).map_err(|error| self.refused(name, &error))?;
         }
         let mut names = Vec::new();
         for (name, file) in files {
@@ -350,22 +333,6 @@ impl Folder {
 
     fn refused(&self, name: &str, error: &io::Error) -> OutputError {
         OutputError::new(&self.path.join(name), "a disk that takes the results", error)
-    }
-
-    /// A complete file under a temporary name.
-    fn stage(&self, content: &[u8]) -> io::Result<NamedTempFile> {
-        let mut file = temporary(&self.path)?;
-        file.write_all(content)?;
-        file.as_file().sync_all()?;
-        Ok(file)
-    }
-
-    /// Removes what an earlier run left.
-    fn remove(&self, name: &str) -> io::Result<()> {
-        match fs::remove_file(self.path.join(name)) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
-            _ => Ok(()),
-        }
     }
 
     /// Flushes the renames.
@@ -381,33 +348,4 @@ fn pretty(value: &Value) -> String {
 /// Name of a file that is being written.
 fn staged(name: &str) -> String {
     format!(".{name}.tmp")
-}
-
-/// What names of unfinished files and folders begin and end with.
-const UNFINISHED: [&str; 2] = [".ripstop-", ".tmp"];
-
-/// Removes what an earlier run has not finished.
-fn sweep(folder: &Path) -> io::Result<()> {
-    for entry in fs::read_dir(folder)? {
-        let entry = entry?;
-        let name = entry.file_name();
-        let name = name.to_string_lossy();
-        if name.starts_with(UNFINISHED[0]) && name.ends_with(UNFINISHED[1]) {
-            let is_folder = entry.file_type()?.is_dir();
-            if is_folder { fs::remove_dir_all(entry.path())? } else { fs::remove_file(entry.path())? }
-        }
-    }
-    Ok(())
-}
-
-/// An empty file in `folder` with the rights of any new file, to be renamed when it is whole.
-///
-/// # Errors
-/// Where the folder cannot be written.
-pub fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(UNFINISHED[0]).suffix(UNFINISHED[1]);
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.tempfile_in(folder)
 }

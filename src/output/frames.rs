@@ -5,13 +5,14 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Display;
-use std::fs::{self, File};
+use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 use tempfile::TempDir;
 
+use super::disk;
 use super::folder::{FRAMES, Folder, OutputError, PVD, SPOOL, StagedFrames};
 use super::number::us;
 use super::vtu::{self, VtuWriter};
@@ -39,7 +40,7 @@ pub struct Recorder<'a> {
     temporary: Option<TempDir>,
     /// The disk refuses frames beside the checkpoint, and the user knows.
     refused: bool,
-    /// Why frames are lost.
+    /// Reason why frames are lost.
     error: Option<OutputError>,
     /// Threads of the solver; `None`: one for each core.
     threads: Option<usize>,
@@ -247,13 +248,8 @@ fn write(writer: &VtuWriter, snapshot: &Snapshot, to: impl Fn(usize) -> PathBuf)
     files.iter().enumerate().try_for_each(|(part, contents)| put_file(&to(part), contents))
 }
 
-/// Puts a file on the disk, which is complete under its name or not there.
 fn put_file(path: &Path, contents: &[u8]) -> io::Result<()> {
-    let unfinished = path.with_extension("tmp");
-    let mut file = File::create(&unfinished)?;
-    let written = file.write_all(contents).and_then(|()| file.sync_data()).and_then(|()| fs::rename(&unfinished, path));
-    // Room for what comes; the first reason is the one to tell.
-    written.inspect_err(|_| drop(fs::remove_file(&unfinished)))
+    disk::replace(path, &path.with_extension("tmp"), |file| file.write_all(contents))
 }
 
 /// A second name of a file, or a copy where the disk has none.

@@ -18,7 +18,7 @@ const fn column(name: &'static str, read: fn(&Sample) -> f64) -> HistoryColumn {
     HistoryColumn { name, read }
 }
 
-/// Every column of `history.csv`, in order.
+/// Columns of `history.csv`, in order.
 pub const COLUMNS: [HistoryColumn; 26] = [
     column("time_us", |s| s.time * 1e6),
     column("projectile_velocity_m_s", |s| s.projectile_velocity),

@@ -1,4 +1,4 @@
-//! Numbers as people like to read them.
+//! Numbers in words.
 
 /// At least `digits` significant digits, trailing zeros of a fraction left out; very large and small with an exponent.
 pub fn short(value: f64, digits: i32) -> String {

@@ -5,7 +5,8 @@ use serde_json::{Map, Value, json};
 use super::breakage::Breakage;
 use super::checks::{self, Check, checks};
 use super::expect::{self, Checked};
-use super::warnings::Warning;
+use super::number::fixed;
+use super::warnings::{self, Warning};
 use crate::case::{Case, Motion, case_hash};
 use crate::run::outcome::Outcome;
 use crate::run::{PlySample, Run, Sample};
@@ -44,7 +45,7 @@ pub fn residual_velocity(case: &Case, run: &Run) -> Option<f64> {
     case.projectile.as_ref().and_then(|_| velocity_left(run))
 }
 
-/// The same of a run with a projectile; `None` without a history.
+/// Velocity left of a run with a projectile [m/s]; `None` without a history.
 pub(crate) fn velocity_left(run: &Run) -> Option<f64> {
     match run.outcome {
         Outcome::Stopped => Some(0.0),
@@ -68,7 +69,7 @@ fn object(value: Value) -> Map<String, Value> {
     }
 }
 
-/// What happened, and how far it can be trusted.
+/// Results.
 fn result(case: &Case, run: &Run) -> Map<String, Value> {
     let last = run.history.last().copied().unwrap_or_default();
     let broken = Breakage::of(case, run);
@@ -126,7 +127,7 @@ fn unstable(trouble: &Divergence) -> Value {
     })
 }
 
-/// Every ply of a pack at the end of the run, and its largest deflection; empty for a single ply.
+/// Plies of a pack at the end of the run, and their largest deflections; empty for a single ply.
 fn plies(run: &Run) -> Vec<Value> {
     let end = run.ply_history.len().saturating_sub(run.plies);
     let ply = |last: &PlySample| {
@@ -141,7 +142,7 @@ fn plies(run: &Run) -> Vec<Value> {
     run.ply_history[end..].iter().map(ply).collect()
 }
 
-/// What it took.
+/// Costs.
 fn cost(run: &Run, wall_seconds: f64) -> Map<String, Value> {
     let element_steps = (run.elements as u64).saturating_mul(run.steps);
     let part = element_steps / run.planes.copies();
@@ -177,9 +178,9 @@ fn timings(run: &Run) -> Map<String, Value> {
     all.map(|(name, seconds)| ((*name).to_owned(), entry(*seconds))).collect()
 }
 
-/// What produced it from what.
+/// Origin: backend, version, case, assumptions, warnings.
 fn origin(case: &Case, run: &Run, checks: &[Check]) -> Map<String, Value> {
-    let assumed: Vec<&str> = checks::assumed_fields(case).map(|field| field.pointer.as_str()).collect();
+    let assumed: Vec<&str> = warnings::assumed_fields(case).map(|field| field.pointer.as_str()).collect();
     object(json!({
         "backend": run.backend,
         "adapter": run.adapter,
@@ -192,4 +193,73 @@ fn origin(case: &Case, run: &Run, checks: &[Check]) -> Map<String, Value> {
         "assumed": assumed,
         "warnings": checks::warnings(case, checks).iter().map(Warning::to_json).collect::<Vec<_>>(),
     }))
+}
+
+/// Energy given to the fabric, and where it is at the end of a run.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Energies {
+    /// Kinetic energy that the projectile lost [J].
+    pub absorbed: f64,
+    /// Energy absorbed and work of prescribed motion [J].
+    pub given: f64,
+    /// Shares [J]; they add up to what was given.
+    pub shares: Vec<(&'static str, f64)>,
+    /// The largest of them [J].
+    pub scale: f64,
+}
+
+impl Energies {
+    /// Energies of the last state of a run; `None` without energy in it, or with numbers that are not finite.
+    pub fn of(run: &Run) -> Option<Self> {
+        let (first, last) = (run.history.first()?, run.history.last()?);
+        let (start, end) = (&first.balance, &last.balance);
+        let absorbed = absorbed_energy(run);
+        let given = absorbed + end.external;
+        // The first row stands after the first contact: what the fabric moved with before is what balances it.
+        let kinetic = start.kinetic + start.contact + start.friction + start.projectile
+            - start.separation
+            - start.external
+            - run.impact_energy;
+        let mut shares = vec![
+            ("fabric, kinetic", end.kinetic - kinetic),
+            ("fabric, elastic", end.stored - start.stored),
+            ("hourglass", end.hourglass - start.hourglass),
+            ("shock viscosity", end.viscous),
+            ("contact", end.contact),
+            ("friction", end.friction),
+            ("yarn failure", end.failure),
+        ];
+        if end.law != 0.0 {
+            shares.push(("unit-cell law", -end.law));
+        }
+        if end.separation != 0.0 {
+            shares.push(("ply separation", -end.separation));
+        }
+        let found: f64 = shares.iter().map(|share| share.1).sum();
+        shares.push(("unaccounted", given - found));
+        let scale = shares.iter().map(|share| share.1.abs()).fold(given.abs(), f64::max);
+        let finite = shares.iter().all(|share| share.1.is_finite());
+        (finite && scale > 0.0).then_some(Self { absorbed, given, shares, scale })
+    }
+
+    /// An energy [J] with unit and decimals that suit the largest.
+    pub fn text(&self, energy: f64) -> String {
+        let (factor, unit) = match self.scale {
+            0.1.. => (1.0, "J"),
+            1e-4.. => (1e3, "mJ"),
+            _ => (1e6, "µJ"),
+        };
+        let decimals = (4.0 - (factor * self.scale).log10().floor()).clamp(0.0, 4.0) as usize;
+        format!("{} {unit}", fixed(factor * energy, decimals))
+    }
+
+    /// A share of what was given, in per cent; empty where nothing was.
+    pub fn percent(&self, energy: f64) -> String {
+        if self.given > 1e-9 * self.scale {
+            format!("{} %", fixed(100.0 * energy / self.given, 1))
+        } else {
+            String::new()
+        }
+    }
 }

@@ -43,7 +43,7 @@ impl SurfaceMesh {
         surface
     }
 
-    /// What a damaged file may hold.
+    /// Surface of a damaged file.
     #[cfg(test)]
     pub(super) fn one_face_of_no_points() -> Self {
         Self { points: Vec::new(), faces: vec![vec![0, 1, 2]] }

@@ -1,4 +1,4 @@
-//! What happened, in one line.
+//! Verdict of a run, in one line.
 
 use super::checks;
 use super::number::{short, us};
@@ -13,22 +13,22 @@ use crate::solver::Divergence;
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Verdict {
-    /// One or two words: what happened.
+    /// Verdict in a word or two.
     pub word: &'static str,
-    /// How fast, how far, when.
+    /// Velocities, deflection, time.
     pub detail: String,
-    /// Whether the run came to its end; else what is told is as far as it got.
+    /// Whether the run came to its end; else the verdict is as far as it got.
     pub complete: bool,
 }
 
 impl Verdict {
-    /// What stands between word and detail.
+    /// Mark between word and detail.
     pub fn mark(&self) -> &'static str {
         if self.detail.starts_with("at ") { "" } else { ":" }
     }
 }
 
-/// The verdict of a run: first that it broke off, if it did.
+/// Verdict of a run: first that it broke off, if it did.
 pub fn verdict(case: &Case, run: &Run) -> Verdict {
     if let Some(trouble) = &run.divergence {
         return broken_off("unstable", format!("at {}: {}", place(trouble), trouble.quantity));
@@ -95,13 +95,13 @@ pub fn reached(run: &Run) -> String {
     us(run.history.last().map_or(0.0, |row| row.time))
 }
 
-/// Where a run went wrong.
+/// Place where a run went wrong.
 pub fn place(trouble: &Divergence) -> String {
     let [ply, row, column] = trouble.place;
     format!("step {}, kernel {}, ply {ply}, row {row}, column {column}", trouble.step, trouble.kernel)
 }
 
-/// What mirror planes a scene is cut at, if it is.
+/// Mirror planes that a scene is cut at, if it is.
 pub fn symmetry(planes: MirrorPlanes) -> String {
     let names = planes.names();
     let part = match names.len() {

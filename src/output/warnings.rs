@@ -2,6 +2,13 @@
 
 use serde_json::{Value, json};
 
+use super::number::short;
+use crate::case::{Case, Field, Motion, Shape};
+
+/// Mean densities a projectile may have [kg/m³]: from light plastics to osmium.
+const DENSITY_LIMITS: [f64; 2] = [900.0, 22_600.0];
+/// Difference of a given mass from that of the given density, over the latter [-].
+const DENSITY_TOLERANCE: f64 = 0.05;
 /// Kind of warning, with its words.
 #[derive(Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -131,4 +138,40 @@ impl Warning {
             "limit": self.limit,
         })
     }
+}
+
+/// Fields without a published value.
+pub fn assumed_fields(case: &Case) -> impl Iterator<Item = &Field> {
+    case.fields.iter().filter(|field| field.assumed)
+}
+
+/// The warning of a number.
+pub(super) fn warning(number: usize, value: f64, limit: f64, message: String) -> Warning {
+    Warning { kind: &KINDS[number - 1], message, value, limit }
+}
+
+pub(super) fn assumed(case: &Case) -> Option<Warning> {
+    let count = assumed_fields(case).count();
+    let what = if count == 1 { "1 parameter is".to_owned() } else { format!("{count} parameters are") };
+    (count > 0).then(|| warning(1, count as f64, 0.0, format!("{what} assumed, not published")))
+}
+
+pub(super) fn mass(case: &Case) -> Option<Warning> {
+    let projectile = case.projectile.as_ref()?;
+    if matches!(projectile.shape, Shape::Bar { .. }) || projectile.motion == Motion::Prescribed {
+        return None;
+    }
+    let volume = projectile.shape.volume();
+    let found = projectile.mass / volume;
+    let body = format!("{} g in {} cm³ are {found:.0} kg/m³", short(projectile.mass * 1e3, 3), short(volume * 1e6, 3));
+    let [lightest, densest] = DENSITY_LIMITS;
+    let (limit, words) = match projectile.density {
+        Some(given) if (found / given - 1.0).abs() > DENSITY_TOLERANCE => {
+            (given, format!(", not the {given:.0} of /projectile/density_kg_m3"))
+        }
+        _ if found > densest => (densest, ", more than the densest metal has".to_owned()),
+        _ if found < lightest => (lightest, ": hollow, or a slip of a unit".to_owned()),
+        _ => return None,
+    };
+    Some(warning(7, found, limit, body + &words))
 }

@@ -8,7 +8,7 @@
 //! - [`shots`] is `ripstop shots`, [`v50`] is `ripstop v50`, [`sweep`] runs either at many points, [`fit`] is `ripstop fit`.
 //! - [`outcomes`] counts what became of shots; [`link`](crate::num::link) is how the chance of a perforation grows with velocity.
 //! - [`binary_response`] fits V50 and scatter, [`interval`] gives their confidence, [`residual_fit`] the limit from residual velocities.
-//! - [`report`] holds a result in words and tables, `page` makes HTML and SVG of it.
+//! - [`report`] holds a result in words, tables and figures, for the terminal and the page.
 //!
 //! Velocities have the unit of the shots; [`outcomes::RULES`] are in m/s.
 
@@ -20,7 +20,6 @@ pub mod interval;
 pub mod limit;
 mod on_device;
 pub mod outcomes;
-mod page;
 pub mod report;
 pub mod residual_fit;
 pub mod shot_table;

@@ -1,7 +1,26 @@
-//! Result of a study in words and tables, the same at the terminal and on the page.
+//! Report of a study in words, tables and figures: the terminal and the page show the same.
 
-use super::page::Panel;
+use maud::{Markup, html};
+
+use super::fit::Fit;
+use super::limit::Limit;
+use super::residual_fit::ResidualModel;
+use super::sweep::SweepPoint;
+use super::threshold::ThresholdSample;
+use super::v50_result::V50Result;
 use crate::output::number::short;
+use crate::output::page::{figure, page, table};
+use crate::output::plot::{self, Figure, Plot};
+
+/// Points of a curve.
+const POINTS: usize = 240;
+/// Classes of perforations and stops.
+const PERFORATED: &str = "k1";
+const STOPPED: &str = "k0";
+/// Colours of lines.
+const COLOURS: usize = 9;
+/// Rows of a table at most.
+const MAX_ROWS: usize = 400;
 
 /// Result of a study.
 #[derive(Clone, Debug, Default)]
@@ -19,7 +38,7 @@ pub struct Report {
     /// Tables for the page alone.
     pub(super) page_tables: Vec<ReportTable>,
     /// Drawings for the page.
-    pub(super) panels: Vec<Panel>,
+    pub(super) panels: Vec<Figure>,
 }
 
 /// Table of a report.
@@ -61,4 +80,186 @@ impl ReportTable {
 /// Headline of a V50 with its interval.
 pub(super) fn headline(v50: f64, level: f64, [low, high]: [String; 2]) -> String {
     format!("V50 {} m/s, {} % interval {low} to {high} m/s", short(v50, 4), short(100.0 * level, 3))
+}
+
+impl Report {
+    /// Page of the report. `numbers`: the files that hold every number.
+    pub fn html(&self, title: &str, numbers: &str) -> String {
+        let paragraph = |class: &str, lines: &[String]| {
+            html! {
+                @if !lines.is_empty() {
+                    p class=(class) { @for (n, line) in lines.iter().enumerate() { @if n > 0 { br; } (line) } }
+                }
+            }
+        };
+        let body = html! {
+            h1 { (title) }
+            (paragraph("answer", &self.answer))
+            (paragraph("counts", &self.counts))
+            @for note in &self.notes { p class="note" { (note) "." } }
+            div class="plots" { @for panel in &self.panels { (figure(panel)) } }
+            @for one in self.tables.iter().chain(&self.page_tables) { (section(one)) }
+            p class="note" { "ripstop " (env!("CARGO_PKG_VERSION")) ". All numbers are in " (numbers) "." }
+        };
+        page(title, "", &body)
+    }
+
+    /// Picture of the figures beside each other, under a title.
+    pub fn svg(&self, title: &str) -> String {
+        let plots: Vec<Plot> = self.panels.iter().filter_map(|panel| panel.plot.clone()).collect();
+        plot::file(title, "", &plots)
+    }
+}
+
+/// Table of a report with its heading and foot; no table without a row.
+fn section(of: &ReportTable) -> Markup {
+    let cell = |(column, cell): (usize, &String)| {
+        // Minus signs of numbers, not hyphens of words.
+        let words = if cell.parse::<f64>().is_ok() { cell.replace('-', "−") } else { cell.clone() };
+        html! { @if of.is_text(column) { span class="text" { (words) } } @else { (words) } }
+    };
+    let row = |row: &Vec<String>| row.iter().enumerate().map(cell).collect();
+    let heads: Vec<&str> = of.heads.iter().map(String::as_str).collect();
+    let left_out = of.rows.len().saturating_sub(MAX_ROWS);
+    let mut letters = of.title.chars();
+    html! {
+        @if !of.rows.is_empty() {
+            @if let Some(first) = letters.next() { h2 { (first.to_uppercase()) (letters.as_str()) } }
+            (table("numbers", &heads, of.rows.iter().take(MAX_ROWS).map(row)))
+            @if left_out > 0 { p class="note" { (left_out) " more rows." } }
+        }
+        @for line in of.foot.lines() { p class="note" { (line) } }
+    }
+}
+
+/// Adds a dot for shots of one kind; larger where they are many.
+fn dot(plot: &mut Plot, class: &str, at: [f64; 2], count: u64) {
+    let words = if count == 1 { "1 shot".to_owned() } else { format!("{count} shots") };
+    plot.dot(class, at, 3.5 * (count as f64).powf(0.25), &words);
+}
+
+/// Adds the curve of a chance over a range of velocities.
+fn chance_curve(plot: &mut Plot, [class, name]: [&str; 2], range: [f64; 2], chance: impl Fn(f64) -> f64) {
+    let points: Vec<[f64; 2]> = evenly(range).map(|velocity| [velocity, chance(velocity)]).collect();
+    plot.line(class, name, &points);
+}
+
+fn evenly([low, high]: [f64; 2]) -> impl Iterator<Item = f64> {
+    (0..=POINTS).map(move |n| low + (high - low) * n as f64 / POINTS as f64)
+}
+
+/// Least and largest of some numbers.
+fn ends(values: impl IntoIterator<Item = f64>) -> [f64; 2] {
+    values.into_iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| [low.min(value), high.max(value)])
+}
+
+/// Range with room on both sides: a part of its length, or of its upper end where it is short.
+fn roomy([low, high]: [f64; 2], part: f64, of_end: f64) -> [f64; 2] {
+    let room = (part * (high - low)).max(of_end * high.abs()).max(1e-9);
+    [low - room, high + room]
+}
+
+const CHANCE: [&str; 2] = ["impact velocity [m/s]", "chance of a perforation"];
+
+/// Chance of a perforation over velocity, with the shots and the intervals.
+pub(super) fn chance_panel(fit: &Fit) -> Figure {
+    // Velocities of the shots and of the quantiles, and of intervals what lies near them.
+    let [low, high] = fit.outcomes.range();
+    let reach = 0.6 * (high - low).max(1e-3 * high.abs()).max(1e-9);
+    let computed = fit.computed.iter().flat_map(|found| [Some(found.v50), found.bounds.low, found.bounds.high]);
+    let quantiles = &fit.limit.quantiles;
+    let shown = quantiles.iter().flat_map(|quantile| [quantile.value, quantile.bounds.low, quantile.bounds.high]);
+    let near = shown.chain(computed).flatten().map(|velocity| velocity.clamp(low - reach, high + reach));
+    let [low, high] = ends(near.chain([low, high]));
+    let room = 0.04 * (high - low).max(reach);
+    let range = [low - room, high + room];
+    let mut plot = Plot::new(range, [0.0, 1.0], CHANCE);
+    for quantile in quantiles.iter().filter(|quantile| quantile.value.is_some()) {
+        let ends = [quantile.bounds.low.unwrap_or(range[0]), quantile.bounds.high.unwrap_or(range[1])];
+        plot.line("ink interval", "", &ends.map(|end| [end.clamp(range[0], range[1]), quantile.p]));
+    }
+    if let Ok(found) = &fit.estimate {
+        chance_curve(&mut plot, ["ink", "fit"], range, |velocity| found.probability(velocity));
+    }
+    if let Some(computed) = &fit.computed {
+        chance_curve(&mut plot, ["k2 dashed", "computed"], range, |velocity| computed.probability(velocity));
+    }
+    for group in fit.outcomes.groups() {
+        for (count, height, class) in [(group.perforated, 1.0, PERFORATED), (group.stopped, 0.0, STOPPED)] {
+            if count > 0 {
+                dot(&mut plot, class, [group.velocity, height], count);
+            }
+        }
+    }
+    plot.name("dot k1", "perforated");
+    plot.name("dot k0", "stopped");
+    let caption = format!("Bars: {} % intervals.", short(100.0 * fit.request.level, 3));
+    Figure::new("chance", "Chance of a perforation", caption, Some(plot))
+}
+
+/// Thresholds as a staircase of their distribution, the normal one, and the interval of V50.
+pub(super) fn threshold_panel(result: &V50Result, sample: &ThresholdSample) -> Figure {
+    let mut middles = result.middles();
+    middles.sort_by(f64::total_cmp);
+    let bounds = [result.bounds.low, result.bounds.high];
+    let range = roomy(ends(middles.iter().copied().chain(bounds.into_iter().flatten())), 0.15, 2e-3);
+    let mut plot = Plot::new(range, [0.0, 1.0], CHANCE);
+    if let [Some(low), Some(high)] = bounds {
+        plot.bar("class=\"ink\" fill-opacity=\"0.08\"", [low, high], [0.0, 1.0], "interval of V50");
+    }
+    chance_curve(&mut plot, ["ink", "normal"], range, |velocity| sample.probability(velocity));
+    for (rank, threshold) in middles.iter().enumerate() {
+        dot(&mut plot, STOPPED, [*threshold, (rank as f64 + 0.5) / middles.len() as f64], 1);
+    }
+    plot.name("dot k0", "thresholds of realisations");
+    Figure::new("chance", "Chance of a perforation", "Band: interval of V50.", Some(plot))
+}
+
+/// Residual over impact velocity, with the curves fitted to it; nothing where no residual velocity is known.
+pub(super) fn residual_panel(limit: &Limit) -> Option<Figure> {
+    let fits = || limit.residual.iter().filter_map(|(_, found)| found.as_ref().ok());
+    let passed = &limit.passed;
+    let fastest = passed.iter().map(|shot| shot.impact).reduce(f64::max)?;
+    let [slowest, _] = ends(passed.iter().map(|shot| shot.impact).chain(fits().map(|found| found.limit)));
+    let range = roomy([slowest, fastest], 0.05, 5e-5);
+    let residuals = passed.iter().map(|shot| shot.residual).chain(fits().map(|found| found.residual(range[1])));
+    let titles = ["impact velocity [m/s]", "residual velocity [m/s]"];
+    let mut plot = Plot::new(range, [0.0, residuals.fold(0.0, f64::max)], titles);
+    for found in fits() {
+        // The curve rises from the limit with an infinite slope: its points are dense there.
+        let squared = evenly([0.0, 1.0]).map(|share| found.limit + (range[1] - found.limit) * share * share);
+        let points = squared.filter(|impact| *impact >= range[0]).map(|impact| [impact, found.residual(impact)]);
+        let class = if found.curve == ResidualModel::RechtIpson { "ink" } else { "ink dashed" };
+        plot.line(class, found.curve.words(), &points.collect::<Vec<_>>());
+    }
+    for shot in passed {
+        dot(&mut plot, PERFORATED, [shot.impact, shot.residual], shot.count);
+    }
+    Some(Figure::new("residual", "Residual velocity", "Shots that perforated.", Some(plot)))
+}
+
+/// Response of a sweep over the first factor, a line for each combination of the others; nothing without a response.
+pub(super) fn lines_panel(names: &[&str], points: &[SweepPoint], response: &str) -> Option<Figure> {
+    let shown = points.iter().flat_map(|point| point.bounds.unwrap_or([point.response; 2]));
+    let [x, y] = [ends(points.iter().map(|point| point.x)), ends(shown)].map(|range| roomy(range, 0.05, 1e-3));
+    let mut plot = Plot::new(x, y, [names[0], response]);
+    let mut groups: Vec<&str> = points.iter().map(|point| point.others.as_str()).collect();
+    groups.sort_unstable();
+    groups.dedup();
+    for (n, group) in groups.iter().enumerate() {
+        let mut points: Vec<&SweepPoint> = points.iter().filter(|point| point.others == *group).collect();
+        points.sort_by(|a, b| a.x.total_cmp(&b.x));
+        let class = format!("k{}", n % COLOURS);
+        let line: Vec<[f64; 2]> = points.iter().map(|point| [point.x, point.response]).collect();
+        plot.line(&class, group, &line);
+        for point in points {
+            if let Some(bounds) = point.bounds {
+                plot.line(&format!("{class} interval"), "", &bounds.map(|end| [point.x, end]));
+            }
+            plot.dot(&class, [point.x, point.response], 3.5, &short(point.response, 4));
+        }
+    }
+    let caption = if names.len() > 1 { format!("Lines: {}.", names[1..].join(", ")) } else { String::new() };
+    let figure = Figure::new("lines", &format!("{response} over {}", names[0]), caption, Some(plot));
+    (!points.is_empty()).then_some(figure)
 }

@@ -1,83 +1,143 @@
-//! 0, 1, 2, 3 and 130.
+//! 0, 1, 2, 3 and 130, with one message each; nothing is written when a command is refused.
 
 use super::*;
 
-#[test]
-fn a_failed_expectation_is_1_and_the_results_are_there() {
-    let expect = json!([{"quantity": "outcome", "value": "stopped", "source": "this test"}]);
-    let bench = Bench::new(&small_with("/expect", expect));
-    let output = bench.shoot(&["--quiet"]);
-    assert_eq!(code(&output), 1);
-    assert!(stderr(&output).contains("outcome: expected stopped, got running"), "{}", stderr(&output));
-    assert!(output.stdout.is_empty());
-    assert_eq!(bench.json("out/shot/summary.json")["expect"][0]["pass"], false);
-}
+/// A deflection that lies in the projectile's way.
+const OVERLAP: &str = r#"/pack/initial_deflection={"amplitude_mm":-2,"warp_half_waves":1,"weft_half_waves":1}"#;
 
 #[test]
 fn bad_input_is_2_and_nothing_is_written() {
     let bench = Bench::new(&small());
     fs::write(bench.path("broken.json"), "{ \"title\": ").unwrap();
     fs::write(bench.path("file"), "").unwrap();
-    let overlap = r#"/pack/initial_deflection={"amplitude_mm":-2,"warp_half_waves":1,"weft_half_waves":1}"#;
-    let refused: [(&[&str], &str); 16] = [
-        (&["run", "broken.json"], "line 1, column"),
-        (&["run", "absent.json"], "absent.json"),
-        (&["run", "shot.json", "--set", "/projectile/velocity=1"], "velocity_m_s"),
-        (&["run", "shot.json", "--set", "/pack/pretension/warp_n_per_m=1e7"], "/pack/pretension"),
-        (&["run", "shot.json", "--set", overlap], "/projectile"),
-        (&["run", "shot.json", "--out", "file"], "a file"),
-        (&["run", "shot.json", "--out", "file/below"], "file/below"),
-        (&["run", "shot.json", "--threads", "0"], "--threads"),
-        (&["run", "shot.json", "--precision", "f16"], "f64"),
-        (&["run", "shot.json", "--backend", "gpu", "--precision", "f64"], "--backend cpu"),
-        (&["verify", "--backend", "gpu", "--precision", "f64"], "--backend cpu"),
-        (&["run", "shot.json", "--backend", "cpu", "--adapter", "0"], "--adapter"),
-        (&["run", "shot.json", "--backend", "tpu"], "auto, cpu, gpu"),
-        (&["run", "shot.json", "--frames", "10001"], "/output/frames"),
-        (&["run"], "CASE.json"),
-        (&["fly"], "fly"),
+    let before = bench.names(".");
+    let refused = [
+        ("run broken.json", "line 1, column"),
+        ("run absent.json", "absent.json"),
+        ("run shot.json --set /projectile/velocity=1", "velocity_m_s"),
+        ("run shot.json --set /pack/pretension/warp_n_per_m=1e7", "/pack/pretension"),
+        (&format!("run shot.json --set {OVERLAP}"), "/projectile"),
+        (&format!("check shot.json --set {OVERLAP}"), "/projectile"),
+        ("run shot.json --out file", "a file"),
+        ("run shot.json --out file/below", "file/below"),
+        ("run shot.json --threads 0", "--threads"),
+        ("run shot.json --precision f16", "f64"),
+        ("run shot.json --backend gpu --precision f64", "--backend cpu"),
+        ("run shot.json --backend cpu --adapter 0", "--adapter"),
+        ("run shot.json --backend tpu", "auto, cpu, gpu"),
+        ("run shot.json --frames 10001", "/output/frames"),
+        ("run shot.json --no-skip=wave", "wavefront, outcome, symmetry, all"),
+        ("run shot.json --no-skip=wavefront,mirror", "wavefront, outcome, symmetry, all"),
+        ("run shot.json --checkpoint-every 0", "expected a time above 0 in µs"),
+        ("run shot.json --checkpoint-every=-1", "expected a time above 0 in µs"),
+        ("run shot.json --checkpoint-every nan", "expected a time above 0 in µs"),
+        ("run", "CASE.json"),
+        ("fly", "fly"),
+        ("resume .", "expected: a folder with a checkpoint, checkpoint.bin"),
+        ("resume nowhere", "nowhere"),
+        ("info absent.json", "absent.json"),
+        ("completions tcsh", "bash"),
+        ("explain W9", "0, 1, 2, 3, 130, W1, W2, W3, W4, W5, W6, W7, W8"),
+        ("explain 4", "0, 1, 2, 3, 130, W1, W2, W3, W4, W5, W6, W7, W8"),
+        ("verify --backend gpu --precision f64", "--backend cpu"),
+        ("bench absent.json", "absent.json"),
+        ("bench shot.json --backend cpu --set /projectile/motion=prescribed", "one that is driven"),
+        ("bench shot.json --backend cpu --set /solver/courant=2", "--set /solver/courant"),
+        ("bench shot.json --backend cpu --repeat 0", "--repeat"),
+        ("bench shot.json --backend cpu --out shot.json", "a file"),
+        ("bench shot.json --tolerance much", "expected an error above 0 and at most 100%"),
+        ("bench shot.json --tolerance 0", "found \"0\""),
+        ("bench shot.json --tolerance -1%", "found \"-1\""),
+        ("bench shot.json --tolerance 200%", "found \"200\""),
+        ("bench shot.json --tolerance nan", "found \"nan\""),
+        ("crossover shot.json --warp-stretch 1", "--weft-stretch"),
+        ("crossover shot.json --warp-stretch 1 --weft-stretch 1 --json --csv", "--csv"),
+        ("crossover shot.json --warp-stretch 1:2:2000 --weft-stretch 1:2:2000", "at most 1000000 points"),
+        ("crossover shot.json --weft-stretch 1 --warp-stretch 0", "--warp-stretch"),
+        ("crossover shot.json --weft-stretch 1 --warp-stretch 2.1", "--warp-stretch"),
+        ("crossover shot.json --weft-stretch 1 --warp-stretch 1:1.1", "--warp-stretch"),
+        ("crossover shot.json --weft-stretch 1 --warp-stretch 1:1.1:1", "--warp-stretch"),
+        ("crossover shot.json --weft-stretch 1 --warp-stretch 1:1.1:2:3", "--warp-stretch"),
+        ("crossover shot.json --weft-stretch 1 --warp-stretch nan", "--warp-stretch"),
+        ("new shot.json", "--force"),
+        ("new no/such/folder/x.json", "error: no/such/folder"),
+        ("new y.json --velocity 1e9", "/projectile/velocity_m_s"),
+        ("new y.json --velocity -3", "/projectile/velocity_m_s"),
+        ("new y.json --velocity fast", "--velocity"),
+        ("new y.json --plies 0", "/pack/plies"),
+        ("new y.json --plies 2.5", "/pack/plies"),
+        ("new y.json --projectile stone", "fsp-22         chisel-nosed fragment simulator"),
+        ("new y.json --fabric /dev/zero", "(more than 1 MiB)"),
     ];
-    for (arguments, named) in refused {
-        let output = bench.ripstop(arguments);
+    for (line, named) in refused {
+        let output = bench.ripstop(&line.split(' ').collect::<Vec<_>>());
         let message = stderr(&output);
-        assert_eq!(code(&output), 2, "{arguments:?}: {message}");
-        assert!(message.contains("error: ") && message.contains(named), "{arguments:?}: {message}");
-        assert_eq!(message.matches("error: ").count(), 1, "{message}");
-        assert!(output.stdout.is_empty());
+        assert_eq!(code(&output), 2, "{line}: {message}");
+        assert!(message.contains(named), "{line}: {named} in {message}");
+        assert_eq!(message.matches("error: ").count(), 1, "{line}: {message}");
+        assert!(output.stdout.is_empty(), "{line}");
+        assert_eq!(bench.names("."), before, "{line}");
     }
-    assert_eq!(bench.names("."), ["broken.json", "file", "shot.json"]);
+    // A kind of skip follows an equals sign only: a word by itself is the case.
+    let output = bench.ripstop(&["run", "--backend", "cpu", "--quiet", "--no-skip", "shot.json"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
 }
 
 #[test]
 fn results_never_replace_the_case() {
     let bench = Bench::new(&small());
-    fs::rename(bench.path("shot.json"), bench.path("case.json")).unwrap();
-    let before = bench.text("case.json");
-    let output = bench.ripstop(&["run", "case.json", "--out", "."]);
-    assert_eq!(code(&output), 2, "{}", stderr(&output));
-    assert_eq!(bench.text("case.json"), before);
-    assert_eq!(bench.names("."), ["case.json"]);
+    let before = bench.text("shot.json");
+    for (name, command) in [("case.json", "run"), ("bench.json", "bench")] {
+        fs::copy(bench.path("shot.json"), bench.path(name)).unwrap();
+        let output = bench.ripstop(&[command, name, "--backend", "cpu", "--out", "."]);
+        assert_eq!(code(&output), 2, "{}", stderr(&output));
+        assert_eq!(bench.text(name), before);
+    }
+    assert_eq!(bench.names("."), ["bench.json", "case.json", "shot.json"]);
 }
 
-#[cfg(unix)]
 #[test]
-fn ctrl_c_is_130_with_complete_results() {
+fn a_failed_expectation_is_1_and_the_results_are_there() {
+    let expect = json!([{"quantity": "outcome", "value": "stopped", "source": "this test"}]);
+    let bench = Bench::new(&small_with("/expect", expect));
+    let output = bench.shoot(&["--quiet"]);
+    assert_eq!((code(&output), stdout(&output)), (1, String::new()));
+    assert!(stderr(&output).contains("outcome: expected stopped, got running"), "{}", stderr(&output));
+    assert_eq!(bench.json("out/shot/summary.json")["expect"][0]["pass"], false);
+}
+
+/// Elsewhere a program cannot be kept from the adapters.
+#[cfg(target_os = "linux")]
+#[test]
+fn what_needs_an_adapter_is_3_and_auto_takes_the_processor_and_says_why() {
     let bench = Bench::new(&small());
-    let long = ["/solver/end_time_us=1e6", "/solver/run_until=end_time", "/output/history_interval_us=50"];
-    let mut arguments = vec!["run", "shot.json", "--backend", "cpu", "--json", "--out", "out/shot"];
-    arguments.extend(long.iter().flat_map(|set| ["--set", set]));
-    let output = bench.interrupt(&arguments, "out/shot");
-    assert_eq!(code(&output), 130, "{}", stderr(&output));
-    assert!(stderr(&output).contains("interrupted at"));
-    assert_eq!(
-        bench.names("out/shot"),
-        ["case.json", "events.csv", "history.csv", "report.html", "shot.svg", "summary.json"]
-    );
+    for line in [
+        "run shot.json --backend gpu",
+        "run shot.json --backend gpu --precision f32 --adapter 0",
+        "run shot.json --adapter 0",
+        "verify --backend gpu",
+        "bench shot.json --backend gpu",
+        "v50 shot.json --backend gpu",
+        "sweep shot.json --over /pack/plies=1,2 --backend gpu",
+    ] {
+        let output = bench.ripstop(&line.split(' ').collect::<Vec<_>>());
+        let message = stderr(&output);
+        assert_eq!((code(&output), message.lines().count()), (3, 4), "{line}: {message}");
+        for part in ["error: --backend gpu", "expected: a graphics adapter", "found: none", "help: take --backend cpu"]
+        {
+            assert!(message.contains(part), "{line}: {part} in {message}");
+        }
+        assert!(output.stdout.is_empty() && bench.names(".") == ["shot.json"], "{line}");
+    }
+    let output = bench.ripstop(&["run", "shot.json"]);
+    assert_eq!(code(&output), 0);
+    assert_eq!(stderr(&output), "note: --backend auto takes the CPU: no graphics adapter was found\n");
     let summary = bench.json("out/shot/summary.json");
-    assert_eq!(summary["interrupted"], true);
-    assert_eq!(summary, serde_json::from_str::<Value>(&stdout(&output)).unwrap());
-    let history = bench.text("out/shot/history.csv");
-    let last: f64 = history.lines().last().unwrap().split(',').next().unwrap().parse().unwrap();
-    assert_eq!(last, summary["time_us"].as_f64().unwrap());
-    assert!(last < 1e6);
+    assert_eq!((&summary["backend"], &summary["precision"]), (&json!("cpu"), &json!("f64")));
+    let info = stdout(&bench.ripstop(&["info"]));
+    for line in
+        ["backend gpu   no graphics adapter was found", "auto chooses  cpu, because no graphics adapter was found"]
+    {
+        assert!(info.contains(line) && !info.contains("adapter 0"), "{line} in\n{info}");
+    }
 }

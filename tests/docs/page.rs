@@ -1,21 +1,22 @@
-//! A page of Markdown, as far as tests look into it: fenced blocks, links, headings, words in back quotes.
+//! Page of Markdown: fenced blocks, links, headings, words in back quotes, generated parts.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
+const END: &str = "<!-- /generated -->";
+
 /// One page.
 pub(super) struct Page {
-    /// From the root of the repository.
+    /// Path from the root of the repository.
     pub(super) path: PathBuf,
     pub(super) text: String,
 }
 
 /// A fenced block.
-#[derive(Debug, PartialEq)]
 pub(super) struct Block {
-    /// What it is marked as.
+    /// Language it is marked with.
     pub(super) kind: String,
-    /// The comment on the line before, empty: none.
+    /// Comment on the line before, or empty.
     pub(super) comment: String,
     pub(super) lines: Vec<String>,
     /// Line of the page where it begins, from 1.
@@ -24,24 +25,41 @@ pub(super) struct Block {
 
 /// The README, every page of the book and every decision.
 pub(super) fn all() -> Vec<Page> {
-    let mut pages = vec![Page::read(Path::new("README.md"))];
-    pages.extend(book());
-    pages.extend(folder("docs/decisions"));
-    pages
+    [vec![Page::read(Path::new("README.md"))], book(), pages("docs/decisions")].into_iter().flatten().collect()
 }
 
 /// Every page of the book, the summary too.
 pub(super) fn book() -> Vec<Page> {
-    folder("docs/src")
+    pages("docs/src")
 }
 
-/// Pages of a folder, by name.
-fn folder(path: &str) -> Vec<Page> {
-    let files = fs::read_dir(path).unwrap().map(|entry| entry.unwrap().path());
-    let mut files: Vec<PathBuf> =
-        files.filter(|path| path.extension().is_some_and(|extension| extension == "md")).collect();
+fn pages(folder: &str) -> Vec<Page> {
+    let files = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let mut files: Vec<PathBuf> = files.filter(|path| path.extension().is_some_and(|e| e == "md")).collect();
     files.sort();
     files.iter().map(|path| Page::read(path)).collect()
+}
+
+/// Whether pages are to be written anew.
+pub(super) fn is_update() -> bool {
+    std::env::var("RIPSTOP_UPDATE_DOCS").is_ok_and(|value| value == "1")
+}
+
+/// Holds the generated part of that name to what was made, or writes it into its page.
+#[track_caller]
+pub(crate) fn hold(name: &str, made: &str) {
+    let start = format!("<!-- generated: {name} -->\n");
+    let mut pages = book();
+    pages.retain(|page| page.text.contains(&start));
+    let [Page { path, text }] = &pages[..] else { panic!("{name}: in {} pages", pages.len()) };
+    let (before, rest) = text.split_once(&start).unwrap();
+    let (shown, after) = rest.split_once(END).expect("its end");
+    if is_update() {
+        return fs::write(path, format!("{before}{start}{}\n{END}{after}", made.trim())).unwrap();
+    }
+    let differs = shown.trim().lines().zip(made.trim().lines()).find(|(shown, made)| shown != made);
+    let advice = "RIPSTOP_UPDATE_DOCS=1 writes it anew";
+    assert!(shown.trim() == made.trim(), "{}: not what `{name}` makes; first: {differs:?}; {advice}", path.display());
 }
 
 impl Page {
@@ -50,16 +68,15 @@ impl Page {
         Self { path: path.to_owned(), text }
     }
 
-    /// Its file name.
+    /// File name.
     pub(super) fn name(&self) -> String {
         self.path.file_name().unwrap().to_str().unwrap().to_owned()
     }
 
-    /// Its fenced blocks.
+    /// Fenced blocks.
     pub(super) fn blocks(&self) -> Vec<Block> {
         let mut blocks: Vec<Block> = Vec::new();
-        let mut is_open = false;
-        let mut before = "";
+        let (mut is_open, mut before) = (false, "");
         for (number, line) in self.text.lines().enumerate() {
             match (line.strip_prefix("```"), is_open) {
                 (Some(kind), false) => {
@@ -91,15 +108,14 @@ impl Page {
 
     /// Targets of links and pictures within the repository, each with its line.
     pub(super) fn links(&self) -> Vec<(String, usize)> {
-        let mut links = Vec::new();
-        for (at, line) in self.prose() {
-            let targets = line.split("](").skip(1).filter_map(|rest| rest.split_once(')')).map(|(target, _)| target);
-            links.extend(targets.filter(|target| !target.contains("://")).map(|target| (target.to_owned(), at)));
-        }
-        links
+        let targets = |(at, line): (usize, &str)| -> Vec<(String, usize)> {
+            let targets = line.split("](").skip(1).filter_map(|rest| rest.split_once(')'));
+            targets.filter(|(to, _)| !to.contains("://")).map(|(to, _)| (to.to_owned(), at)).collect()
+        };
+        self.prose().flat_map(targets).collect()
     }
 
-    /// What stands in back quotes, each with its line.
+    /// Words in back quotes, each with its line.
     pub(super) fn quoted(&self) -> Vec<(String, usize)> {
         let words = |(at, line): (usize, &str)| {
             line.split('`').skip(1).step_by(2).map(|word| (word.to_owned(), at)).collect::<Vec<_>>()
@@ -107,14 +123,13 @@ impl Page {
         self.prose().flat_map(words).collect()
     }
 
-    /// Names of its headings in links, as mdBook and GitHub make them.
+    /// Names of the headings in links, as mdBook and GitHub make them.
     pub(super) fn anchors(&self) -> Vec<String> {
-        let headings = self.prose().filter_map(|(_, line)| line.strip_prefix('#'));
         let anchor = |heading: &str| {
             let letters = heading.trim_start_matches('#').trim().to_lowercase();
             letters.chars().filter(|c| c.is_alphanumeric() || "_- ".contains(*c)).collect::<String>().replace(' ', "-")
         };
-        headings.map(anchor).collect()
+        self.prose().filter_map(|(_, line)| line.strip_prefix('#')).map(anchor).collect()
     }
 
     /// First cells of the table below a heading, without back quotes.
@@ -126,16 +141,4 @@ impl Page {
         assert!(!cells.is_empty(), "{}: no table below {heading:?}", self.path.display());
         cells
     }
-}
-
-#[test]
-fn a_page_is_taken_apart() {
-    let text = "# One\n\n<!-- long -->\n```sh\nripstop [x](y)\n```\n[a](b.md#c), `d e` and [w](https://x.y)\n## T.wo-3\n\n| k | v |\n|---|---|\n| `a` | 1 |\n";
-    let page = Page { path: "p.md".into(), text: text.to_owned() };
-    let block = Block { kind: "sh".into(), comment: "long".into(), lines: vec!["ripstop [x](y)".into()], at: 4 };
-    assert_eq!(page.blocks(), [block]);
-    assert_eq!(page.links(), [("b.md#c".to_owned(), 7)]);
-    assert_eq!(page.quoted()[0], ("d e".to_owned(), 7));
-    assert_eq!(page.anchors(), ["one", "two-3"]);
-    assert_eq!(page.first_cells("T.wo-3"), ["a"]);
 }

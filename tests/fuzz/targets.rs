@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use lz4_flex::frame::{FrameDecoder, FrameEncoder};
 use ripstop::case::{self, Case};
 use ripstop::model::Model;
-use ripstop::output::{self, checks::case_warnings, report::Animation};
+use ripstop::output::{self, Animation, checks::case_warnings};
 use ripstop::run::checkpoint::{BackendId, Checkpoint, Checkpointable as _, Header};
 use ripstop::run::{self, Observer, Options, Precision, RunScalar, Simulation, Skips};
 use twox_hash::XxHash3_64;
@@ -169,7 +169,7 @@ const START: usize = 16;
 /// Bytes of the checksum.
 const SUM: usize = 8;
 
-/// What a checkpoint holds, unpacked.
+/// Contents of a checkpoint, unpacked.
 #[derive(Clone)]
 pub(crate) struct Plain {
     start: [u8; 12],

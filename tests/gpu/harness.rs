@@ -1,4 +1,4 @@
-//! A device for every thread of tests, and what becomes of them where there is none.
+//! A device for every thread of tests, and their verdict where there is none.
 
 use std::process::ExitCode;
 
@@ -10,7 +10,7 @@ const REQUIRE: &str = "RIPSTOP_REQUIRE_GPU";
 /// Why a test did not run.
 const MISSING: &str = "no graphics adapter";
 
-/// What a test found: nothing wrong, or what is.
+/// Result of a test: nothing, or the fault it found.
 pub(crate) type Outcome = Result<(), String>;
 
 /// The device of this thread's tests, opened by its first; `None` without an adapter. One of all threads would be waited for: software

@@ -1,10 +1,12 @@
-//! What a device cannot do, and what becomes of a run whose device goes away.
+//! Limits and choice of a device, and the program on it.
 //!
 //! Promises: a scene that does not fit is refused before anything is allocated on the device, with the memory it needs;
-//! an adapter is found by name, part of a name or number, and an unknown one is an error that lists what there is; a
-//! device lost in mid-run ends the run with a reason and with the history so far.
+//! an adapter is found by name, part of a name or number, and an unknown one is an error that lists what there is; the program leaves the
+//! files on a device that it leaves on the processor.
 
-use std::sync::atomic::AtomicBool;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
 
 use libtest_mimic::Trial;
 use ripstop::gpu::buffers::{BufferId, Sizes};
@@ -12,7 +14,9 @@ use ripstop::gpu::{Device, DeviceError, adapters, device};
 use ripstop::model::Model;
 use ripstop::model::mesh::Grid;
 use ripstop::run::device::DeviceSimulation;
-use ripstop::run::{self, Options, RunError};
+use ripstop::run::{Options, RunError};
+use serde_json::Value;
+use tempfile::TempDir;
 
 use super::harness::{Outcome, trial};
 use crate::scene::{builtin, shipped};
@@ -23,13 +27,14 @@ pub(crate) fn tests() -> Vec<Trial> {
         trial("limits::too_large_for_a_binding_is_refused_with_the_memory_needed", too_large),
         trial("limits::a_dispatch_over_two_dimensions_gives_the_same_bits", two_dimensions),
         trial("limits::an_adapter_is_found_by_name_part_or_number", choice),
-        trial("limits::a_device_lost_in_mid_run_leaves_the_history_so_far", lost),
+        trial("limits::a_run_leaves_the_files_of_a_run_on_the_processor", program),
+        trial("limits::an_unknown_adapter_is_3_and_info_lists_those_there_are", program_adapters),
         Trial::test("limits::refused_before_anything_is_allocated", refused),
         Trial::test("limits::a_thousand_shots_are_planned_before_anything_is_allocated", thousand),
     ]
 }
 
-/// Plies of 1000 × 1000 elements; nothing of that size is held anywhere.
+/// Plies of 1000 × 1000 elements, for which nothing is allocated.
 fn model(plies: usize) -> Model<f32> {
     let mut model = Model::new(&builtin("cases/verify/mirror.json", &[])).unwrap();
     model.grid = Grid { plies, rows: 1000, columns: 1000, ..model.grid };
@@ -43,10 +48,7 @@ fn two_dimensions(device: &'static Device) -> Outcome {
     let narrow = Device::open_narrow(&device::choose(&adapters(), None).map_err(|e| e.to_string())?, 7);
     let narrow = narrow.map_err(|e| e.to_string())?;
     assert_eq!(narrow.limits().max_compute_workgroups_per_dimension, 7);
-    let [wide, folded] = [device, &narrow].map(|on| {
-        let options = Options::default().device(on);
-        run::run(&case, options, &AtomicBool::new(false), &mut ()).unwrap()
-    });
+    let [wide, folded] = [device, &narrow].map(|on| Options::default().device(on).run(&case).unwrap());
     assert!(wide.elements > 7 * 64, "{} elements fit into one row of workgroups", wide.elements);
     assert!(!wide.events.is_empty());
     assert_eq!(wide.history, folded.history);
@@ -54,7 +56,7 @@ fn two_dimensions(device: &'static Device) -> Outcome {
     Ok(())
 }
 
-/// What every device must be able to bind, and what software binds [bytes].
+/// Size that every device must be able to bind, and that software binds [bytes].
 const LEAST_BUFFER: u64 = 1 << 27;
 
 fn too_large(device: &'static Device) -> Outcome {
@@ -115,38 +117,6 @@ fn choice(device: &'static Device) -> Outcome {
     Ok(())
 }
 
-fn lost(device: &'static Device) -> Outcome {
-    let case = builtin("cases/verify/mirror.json", &["/projectile/velocity_m_s=600"]);
-    let adapter = device::choose(&adapters(), Some(device.name())).map_err(|e| e.to_string())?;
-    let other = Device::open(&adapter).map_err(|e| e.to_string())?;
-    let mut simulation = DeviceSimulation::new(&case, &other).map_err(|e| e.to_string())?.with_batch(8);
-    while simulation.steps() < 64 {
-        simulation.advance(&case);
-    }
-    assert!(!simulation.finished());
-    let steps = simulation.steps();
-    other.destroy();
-    let mut more = 0;
-    while !simulation.finished() {
-        simulation.advance(&case);
-        more += 1;
-        assert!(more < 4, "the run goes on without a device");
-    }
-    let run = simulation.into_run(1.0);
-    let reason = run.lost.as_ref().ok_or("nothing was lost")?;
-    assert!(reason.contains(device.name()), "{reason}");
-    assert!(run.divergence.is_none() && !run.interrupted && run.steps >= steps);
-    // What was there is what an undisturbed run has at that time; the device of the other tests is still there.
-    let mut whole = DeviceSimulation::new(&case, device).map_err(|e| e.to_string())?.with_batch(8);
-    while whole.steps() < run.steps {
-        whole.advance(&case);
-    }
-    let whole = whole.into_run(1.0);
-    assert!(run.history.len() > 10 && run.history == whole.history[..run.history.len()]);
-    assert!(run.events == whole.events[..run.events.len()]);
-    Ok(())
-}
-
 /// A thousand shots of a quarter of a ply fit into 8 GB; a batch is as large as its largest buffer and the memory allow.
 fn thousand() -> Result<(), libtest_mimic::Failed> {
     let model = Model::part(&shipped("cases/s720-1ply-155.json", &[])).unwrap();
@@ -155,7 +125,7 @@ fn thousand() -> Result<(), libtest_mimic::Failed> {
     let all = sizes.with_shots(1000);
     assert!(all.planned() < 8_000_000_000, "{} bytes", all.planned());
     assert_eq!(all.total(), 1000 * sizes.total());
-    assert!(all.planned() > all.total(), "what results are fetched through counts too");
+    assert!(all.planned() > all.total(), "buffers that results are fetched through count too");
     let portable = Device::noop().limits();
     let most = sizes.most_shots(&portable, u64::MAX);
     assert!(most > 10 && sizes.with_shots(most).check(&portable, "any").is_ok());
@@ -178,7 +148,7 @@ fn refused() -> Result<(), libtest_mimic::Failed> {
         Err(error) => return Err(error.to_string().into()),
         Ok(_) => return Err("accepted".into()),
     }
-    // The equations of a rim grow with the square of its length.
+    // The equations of an edge grow with the square of its length.
     let wide = [
         "/solver/contact_sampling=edges",
         "/projectile/diameter_mm=60",
@@ -191,4 +161,105 @@ fn refused() -> Result<(), libtest_mimic::Failed> {
         Err(error) => Err(error.to_string().into()),
         Ok(_) => Err("accepted".into()),
     }
+}
+
+pub(super) const CASE: &str = "cases/verify/mirror.json";
+/// Short and violent, with profiles.
+const SETS: [&str; 8] = [
+    "--set",
+    "/expect=[]",
+    "--set",
+    "/solver/end_time_us=12",
+    "--set",
+    "/output/profile_times_us=[5]",
+    "--set",
+    "/projectile/velocity_m_s=600",
+];
+
+pub(super) fn ripstop(arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_ripstop"));
+    command.current_dir(env!("CARGO_MANIFEST_DIR")).args(arguments).env("NODEVICE_SELECT", "1").output().unwrap()
+}
+
+pub(super) fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+/// Keys of an object and of the objects in it, in order, but for those of timings: each backend has kernels of its own.
+fn keys(value: &Value) -> Vec<String> {
+    let inner = |(key, value): (&String, &Value)| {
+        let below = keys(value).into_iter().map(|below| format!("{key}.{below}")).collect::<Vec<_>>();
+        [vec![key.clone()], if key == "timings" { Vec::new() } else { below }].concat()
+    };
+    value.as_object().into_iter().flatten().flat_map(inner).collect()
+}
+
+fn program(device: &'static Device) -> Outcome {
+    let out = TempDir::new().unwrap();
+    let [cpu, gpu] = ["cpu", "gpu"].map(|backend| {
+        let folder = out.path().join(backend);
+        let output =
+            ripstop(&[&["run", CASE, "--backend", backend, "--out", folder.to_str().unwrap()], &SETS[..]].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        (folder, text(&output.stdout))
+    });
+    let mut names: Vec<_> = fs::read_dir(&gpu.0).unwrap().map(|file| file.unwrap().file_name()).collect();
+    names.sort();
+    let expected =
+        ["case.json", "events.csv", "history.csv", "profiles.csv", "report.html", "shot.svg", "summary.json"];
+    assert!(names == expected, "{names:?}");
+    for file in ["history.csv", "events.csv", "profiles.csv"] {
+        let [cpu, gpu] = [&cpu.0, &gpu.0].map(|folder| fs::read_to_string(folder.join(file)).unwrap());
+        assert_eq!(cpu.lines().next(), gpu.lines().next(), "{file}");
+        assert!(gpu.lines().count() > 10, "{file}");
+    }
+    let summary = |folder: &Path| serde_json::from_slice(&fs::read(folder.join("summary.json")).unwrap()).unwrap();
+    let [of_cpu, of_gpu]: [Value; 2] = [&cpu.0, &gpu.0].map(|folder| summary(folder));
+    assert_eq!(keys(&of_cpu), keys(&of_gpu));
+    for (key, expected) in [("backend", "gpu"), ("adapter", device.name()), ("precision", "f32")] {
+        assert_eq!(of_gpu[key], expected);
+    }
+    assert!(of_gpu["host_overhead_s"].as_f64().unwrap() <= of_gpu["loop_s"].as_f64().unwrap());
+    let timings = of_gpu["timings"].as_object().unwrap();
+    assert_eq!(timings.is_empty(), !device.has_clock(), "{timings:?}");
+    for kernel in
+        ["element_force", "node_update", "projectile_contact", "energy_balance"].iter().filter(|_| device.has_clock())
+    {
+        let share = timings[*kernel]["share"].as_f64().unwrap();
+        assert!(share > 0.0 && share < 1.0, "{kernel}: {timings:?}");
+    }
+    for same in ["terms", "case_hash", "steps", "elements", "time_step_us", "outcome", "assumed", "device_lost"] {
+        assert_eq!(of_cpu[same], of_gpu[same], "{same}");
+    }
+    assert!(gpu.1.contains(&format!("gpu, {}, f32", device.name())) && cpu.1.contains(", f64"), "{}", gpu.1);
+    Ok(())
+}
+
+fn program_adapters(device: &'static Device) -> Outcome {
+    let out = TempDir::new().unwrap();
+    let folder = out.path().join("out");
+    let run = |backend: &str, adapter: &str| {
+        let asked =
+            ["run", CASE, "--backend", backend, "--adapter", adapter, "--out", folder.to_str().unwrap(), "--json"];
+        ripstop(&[&asked[..], &SETS[..]].concat())
+    };
+    let refused = run("gpu", "no such adapter");
+    let message = text(&refused.stderr);
+    assert_eq!(refused.status.code(), Some(3), "{message}");
+    assert!(message.contains("no such adapter") && message.contains(device.name()), "{message}");
+    assert!(message.contains("ripstop info") && refused.stdout.is_empty() && !folder.exists(), "{message}");
+    assert_eq!(run("auto", "999").status.code(), Some(3));
+    // Part of the name, and `auto` takes what was asked for, software too.
+    let part: String = device.name().to_uppercase().chars().take(6).collect();
+    let output = run("auto", &part);
+    let summary: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(summary["backend"], "gpu", "{}", text(&output.stderr));
+    assert!(text(&output.stderr).contains(&format!("auto takes the GPU: {}", device.name())));
+    let output = ripstop(&["info", CASE]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let words = text(&output.stdout);
+    let line = words.lines().find(|line| line.starts_with("adapter 0")).ok_or("no adapter 0")?;
+    assert!(line.contains(device.name()) && line.contains("buffers up to"), "{line}");
+    assert!(words.contains("auto chooses") && words.contains("device memory"), "{words}");
+    Ok(())
 }

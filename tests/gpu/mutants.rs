@@ -38,11 +38,11 @@ impl Defect {
     /// Comparisons that its kernel shows in.
     fn parts(&self) -> &'static [Part] {
         match self.kernel {
-            "element_force" => &[Part::Elements, Part::Ledger],
+            "element_force" => &[Part::Elements, Part::EnergyBalance],
             "node_update" => &[Part::Nodes, Part::Contact],
             "projectile_points" | "projectile_contact" => &[Part::Contact],
-            "ply_search" | "ply_impulse" | "ply_move" => &[Part::Plies, Part::Ledger],
-            _ => &[Part::Ledger],
+            "ply_search" | "ply_impulse" | "ply_move" => &[Part::Plies, Part::EnergyBalance],
+            _ => &[Part::EnergyBalance],
         }
     }
 

@@ -13,7 +13,7 @@ use ripstop::solver::{edge_contact, element_force, projectile_contact};
 use wgpu::naga;
 
 use super::modules;
-use crate::support::{SOLVER_LAWS, patch};
+use crate::support::patch;
 
 /// The numbers of a constant expression.
 fn numbers(module: &Module, at: naga::Handle<naga::Expression>) -> Vec<f64> {
@@ -138,17 +138,6 @@ fn states_of_a_contact_differ_and_a_fresh_one_is_away() {
             assert!(states[0] != states[1] && states[1] != states[2] && states[2] != states[0], "{kernel}");
         }
     }
-}
-
-#[test]
-fn the_variational_law_is_the_one_of_the_case() {
-    let variational = SOLVER_LAWS.map(|law| {
-        let mut case = patch::case(1, 1);
-        case.fabric.crossover.law = law;
-        let terms = Model::<f32>::new(&case).unwrap().features();
-        shader::constants(&terms, false).iter().find(|(name, _)| *name == "VARIATIONAL").map(|(_, value)| *value)
-    });
-    assert_eq!(variational, [Some(0.0), Some(1.0)]);
 }
 
 #[test]

@@ -1,8 +1,7 @@
-//! What tests of the unit cell and of the element share: fabrics, cells, patches of elements, seeded numbers.
+//! Fabrics, cells, patches of elements and seeded numbers for the tests.
 //!
 //! No physics of the solver is repeated here except in [`oracle`], which gets it by other means.
 
-pub(crate) mod filmed;
 pub(crate) mod oracle;
 pub(crate) mod patch;
 pub(crate) mod torn;

@@ -59,7 +59,7 @@ pub(crate) fn compression(a: f64, b: f64, force: f64) -> f64 {
     if a == 0.0 { 0.0 } else { a - b / (force + (b / a).powi(3)).cbrt() }
 }
 
-/// How far a double-precision answer is from the physical conditions.
+/// Distance of a double-precision answer from the physical conditions.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Misfit {
     /// Tensions and in-plane forces, over the yarn's breaking tension.

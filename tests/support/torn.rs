@@ -9,7 +9,7 @@ use ripstop::solver::state::State;
 
 use crate::scene::builtin;
 
-/// The patch reaches so many elements from the middle; its yarns run on for long enough to cover.
+/// Half the width of the patch [elements]; its yarns run on for long enough to cover.
 const SEAM: isize = 20;
 
 /// A ply of 80 by 80 even elements, with nothing asked of it.

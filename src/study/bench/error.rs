@@ -1,70 +1,47 @@
-//! How far a run is from the reference, over the time that both cover, and which runs nothing beats.
+//! Differences of a run to the reference, and the runs that nothing beats.
 
 use crate::output::{history, velocity_left};
 use crate::run::outcome::Outcome;
 use crate::run::{Run, Sample};
 
-/// Differences between a run and the reference; relative ones are over the reference's value.
+/// Differences between a run and the reference.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Errors {
-    /// End of the time that both runs cover [s].
-    pub span: f64,
-    /// Root mean square of the velocity difference, over the velocity the reference lost in that time [-]; `None` where
-    /// it lost none.
+    /// Root mean square of the velocity difference over the time that both cover, over the velocity the reference lost in that time
+    /// [-]; `None` where it lost none.
     pub velocity: Option<f64>,
-    /// Velocity left when the run ends, as `summary.json` has it, against the reference's [m/s].
+    /// Velocity left when the run ends, as `summary.json` has it, less the reference's [m/s].
     pub residual_velocity: f64,
-    /// When the projectile came to rest, against the reference's [s]; `None` unless both did.
+    /// Time at which the projectile came to rest, less the reference's [s]; `None` unless both did.
     pub stop_time: Option<f64>,
-    /// Size of that difference: of the stop time over the reference's, else of the velocity left over what the reference
-    /// lost in all [-]; `None` where that is nothing.
+    /// Size of that difference: of the stop time over the reference's, else of the velocity left over the velocity that the reference
+    /// lost in all [-]; `None` where that is zero.
     pub end: Option<f64>,
-    /// Largest deflection in that time [-].
-    pub deflection: Option<f64>,
-    /// Largest yarn tension in that time, at the times of the history [-].
-    pub tension: Option<f64>,
 }
 
-/// The velocity along the line of flight at a time [s], where the history covers it [m/s].
+/// Velocity along the line of flight at a time [s], where the history covers it [m/s].
 fn velocity_at(history: &[Sample], time: f64) -> Option<f64> {
     history::between(history, time, |row| row.time, |row| row.projectile_velocity)
 }
 
-/// Compares a run with the reference; `None` where the histories have no time in common.
-pub fn errors(reference: &Run, run: &Run) -> Option<Errors> {
-    let mut errors = histories(&reference.history, &run.history)?;
-    errors.residual_velocity = velocity_left(run)? - velocity_left(reference)?;
-    errors.stop_time = reference.stop_time.zip(run.stop_time).map(|(expected, got)| got - expected);
+/// Differences of a run; `None` where the histories have no time in common.
+pub(super) fn errors(reference: &Run, run: &Run) -> Option<Errors> {
+    let residual_velocity = velocity_left(run)? - velocity_left(reference)?;
+    let stop_time = reference.stop_time.zip(run.stop_time).map(|(expected, got)| got - expected);
     let lost = reference.history.first()?.projectile_velocity - velocity_left(reference)?;
-    errors.end = match (errors.stop_time, reference.stop_time) {
+    let end = match (stop_time, reference.stop_time) {
         (Some(difference), Some(expected)) => Some(difference.abs() / expected),
-        _ => (lost > 0.0).then(|| errors.residual_velocity.abs() / lost),
+        _ => (lost > 0.0).then(|| residual_velocity.abs() / lost),
     };
-    Some(errors)
+    Some(Errors { velocity: velocity_error(&reference.history, &run.history)?, residual_velocity, stop_time, end })
 }
 
-/// Compares two histories.
-pub fn histories(reference: &[Sample], run: &[Sample]) -> Option<Errors> {
-    let (expected_last, last) = (reference.last()?, run.last()?);
-    let span = expected_last.time.min(last.time);
+/// Error of the velocity history [-], `None` within where the reference loses no velocity; `None` where there is no common time.
+fn velocity_error(reference: &[Sample], run: &[Sample]) -> Option<Option<f64>> {
+    let span = reference.last()?.time.min(run.last()?.time);
     let lost = velocity_at(reference, 0.0)? - velocity_at(reference, span)?;
     let squared = mean_square(reference, run, span)?;
-    let peak = |history: &[Sample], read: fn(&Sample) -> f64| {
-        history.iter().filter(|row| row.time <= span).map(read).fold(0.0, f64::max)
-    };
-    let relative = |read: fn(&Sample) -> f64| {
-        let expected = peak(reference, read);
-        (expected > 0.0).then(|| peak(run, read) / expected - 1.0)
-    };
-    Some(Errors {
-        span,
-        velocity: (lost > 0.0).then(|| squared.sqrt() / lost),
-        residual_velocity: last.projectile_velocity - expected_last.projectile_velocity,
-        stop_time: None,
-        end: None,
-        deflection: relative(|row| row.deflection),
-        tension: relative(|row| row.balance.max_tension),
-    })
+    Some((lost > 0.0).then(|| squared.sqrt() / lost))
 }
 
 /// Mean square of the velocity difference over the rows of a run up to `span` [s], trapezoidal in time [m²/s²].
@@ -85,7 +62,7 @@ fn mean_square(reference: &[Sample], run: &[Sample], span: f64) -> Option<f64> {
 
 /// Whether a run has the reference's outcome. One that went on after its projectile came to rest may have seen it
 /// thrown back, which the reference did not wait for.
-pub fn same_outcome(reference: &Run, run: &Run) -> bool {
+pub(super) fn same_outcome(reference: &Run, run: &Run) -> bool {
     let waited = run.history.last().is_some_and(|row| reference.history.last().is_some_and(|end| row.time > end.time));
     let thrown_back = (reference.outcome, run.outcome) == (Outcome::Stopped, Outcome::Rebounded) && waited;
     reference.outcome == run.outcome || thrown_back
@@ -93,7 +70,7 @@ pub fn same_outcome(reference: &Run, run: &Run) -> bool {
 
 /// Which of these points (time, error) no other point beats: as fast and more accurate, or as accurate and faster.
 /// A missing point is never on the front.
-pub fn front(points: &[Option<[f64; 2]>]) -> Vec<bool> {
+pub(super) fn front(points: &[Option<[f64; 2]>]) -> Vec<bool> {
     let beats = |a: &[f64; 2], b: &[f64; 2]| a[0] <= b[0] && a[1] <= b[1] && a != b;
     let stands = |point: &Option<[f64; 2]>| {
         point.is_some_and(|point| !points.iter().flatten().any(|other| beats(other, &point)))

@@ -7,13 +7,16 @@
 //! Failure of yarns makes a shot sensitive to anything, so the reference is run a second time with a time step a fifth
 //! longer: errors smaller than the difference of the two are scatter and rank nothing.
 
-pub mod error;
-pub mod report;
+mod error;
 
 use std::sync::atomic::AtomicBool;
 
-use crate::case::{Case, CaseError};
+use serde_json::{Value, json};
+
+use crate::case::{Case, CaseError, case_hash};
 use crate::gpu::Device;
+use crate::num::simd::Vectors;
+use crate::output;
 use crate::run::{self, Options, Precision, Progress, Run, RunError, Skips};
 
 pub use error::Errors;
@@ -223,7 +226,17 @@ pub fn measure(
             break;
         }
         match runs(read, &base, &configuration, plan, interrupt, progressed) {
-            Ok((case, runs)) => add(&mut measured, configuration, case, runs),
+            Ok((case, runs)) => {
+                measured.interrupted |= runs.iter().any(|run| run.interrupted);
+                // Interrupted runs say nothing about time or error.
+                let mut runs = runs.into_iter().filter(|run| !run.interrupted);
+                let Some(run) = runs.next() else { continue };
+                let loop_seconds = [run.loop_seconds].into_iter().chain(runs.map(|run| run.loop_seconds)).collect();
+                let errors = complete(&run).then(|| error::errors(&measured.reference, &run)).flatten();
+                let same_outcome = complete(&run) && error::same_outcome(&measured.reference, &run);
+                let row = BenchRow { configuration, case, run, loop_seconds, errors, same_outcome, on_front: false };
+                measured.rows.push(row);
+            }
             Err(reason) => measured.skipped.push((configuration.name, reason)),
         }
     }
@@ -303,16 +316,78 @@ fn complete(run: &Run) -> bool {
     run.divergence.is_none() && run.lost.is_none()
 }
 
-/// Adds the runs of a configuration; interrupted ones say nothing about time or error.
-fn add(measured: &mut BenchResult, configuration: Configuration, case: Case, runs: Vec<Run>) {
-    measured.interrupted |= runs.iter().any(|run| run.interrupted);
-    let mut runs = runs.into_iter().filter(|run| !run.interrupted);
-    let Some(run) = runs.next() else { return };
-    let mut loop_seconds = vec![run.loop_seconds];
-    loop_seconds.extend(runs.map(|run| run.loop_seconds));
-    let errors = complete(&run).then(|| error::errors(&measured.reference, &run)).flatten();
-    let same_outcome = complete(&run) && error::same_outcome(&measured.reference, &run);
-    measured.rows.push(BenchRow { configuration, case, run, loop_seconds, errors, same_outcome, on_front: false });
+/// `bench.json`: everything measured. `wall_seconds`: time since the command began [s].
+pub fn json(measured: &[BenchResult], plan: BenchPlan<'_>, wall_seconds: f64) -> Value {
+    json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "threads": measured.first().map(|one| one.reference.threads),
+        "vectors": Vectors::widest().name(),
+        "adapter": plan.device.map(|device| device.name()),
+        "repeat": plan.repeat,
+        "tolerance_percent": plan.tolerance * 100.0,
+        "wall_s": wall_seconds,
+        "interrupted": measured.iter().any(|one| one.interrupted),
+        "error_is": "root mean square of the difference to the reference's velocity history over the time both cover, \
+                     over the velocity the reference lost in that time; residual velocity and stop time at the end of each",
+        "scatter_is": "the error of a second reference, with a time step a fifth longer: smaller errors rank nothing",
+        "cases": measured.iter().map(|one| case_json(one, plan.tolerance)).collect::<Vec<_>>(),
+    })
+}
+
+fn case_json(measured: &BenchResult, tolerance: f64) -> Value {
+    let percent = |error: Option<f64>| error.map(|error| error * 100.0);
+    let mut reference = run_json(&measured.case, &measured.reference);
+    reference["what"] = json!(REFERENCE);
+    reference["loop_s"] = json!(measured.reference.loop_seconds);
+    reference["scatter_percent"] = json!(percent(measured.scatter));
+    let choice = |row: &BenchRow| {
+        let errors = row.errors;
+        let mut out = run_json(&row.case, &row.run);
+        out["name"] = json!(row.configuration.name);
+        out["sets"] = json!(row.configuration.sets);
+        out["loop_s"] = json!(row.time());
+        out["loop_s_of_each_run"] = json!(row.loop_seconds);
+        out["element_steps_per_s"] = json!(row.rate());
+        out["velocity_error_percent"] = json!(percent(row.velocity_error()));
+        out["residual_velocity_error_m_s"] = json!(errors.map(|errors| errors.residual_velocity));
+        out["stop_time_error_us"] = json!(errors.and_then(|errors| errors.stop_time).map(|time| time * 1e6));
+        out["end_error_percent"] = json!(percent(errors.and_then(|errors| errors.end)));
+        out["same_outcome"] = json!(row.same_outcome);
+        out["on_front"] = json!(row.on_front);
+        out["within_tolerance"] = json!(row.is_within(tolerance));
+        out
+    };
+    let skipped = measured.skipped.iter().map(|(name, reason)| json!({ "name": name, "reason": reason }));
+    json!({
+        "case": measured.case.name,
+        "title": measured.case.title,
+        "interrupted": measured.interrupted,
+        "reference": reference,
+        "choices": measured.rows.iter().map(choice).collect::<Vec<_>>(),
+        "skipped": skipped.collect::<Vec<_>>(),
+        "cheapest_within_tolerance": measured.cheapest.map(|at| &measured.rows[at].configuration.name),
+    })
+}
+
+/// Settings of a run and its results.
+fn run_json(case: &Case, run: &Run) -> Value {
+    json!({
+        "case_hash": case_hash(&case.as_run),
+        "backend": run.backend,
+        "precision": run.precision,
+        "courant": case.solver.courant,
+        "crossovers_per_element": case.pack.crossovers_per_element,
+        "switched_off": run.skips.switched_off(),
+        "elements": run.elements,
+        "steps": run.steps,
+        "time_step_us": run.time_step * 1e6,
+        "outcome": run.outcome.word(),
+        "residual_velocity_m_s": output::residual_velocity(case, run),
+        "stop_time_us": run.stop_time.map(|time| time * 1e6),
+        "energy_error": run.energy_error,
+        "unstable": run.divergence.as_ref().map(|divergence| divergence.quantity.clone()),
+        "device_lost": run.lost,
+    })
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Two steps of a scene on both backends from the same state, and everything that the parts of a step leave behind.
 
 mod elements;
-mod ledger;
+mod energy_balance;
 
 use nalgebra::Vector3;
 use ripstop::gpu::Device;
@@ -38,11 +38,11 @@ pub(crate) enum Part {
     Nodes,
     Plies,
     Contact,
-    Ledger,
+    EnergyBalance,
 }
 
 impl Part {
-    pub(crate) const ALL: [Self; 5] = [Self::Elements, Self::Nodes, Self::Plies, Self::Contact, Self::Ledger];
+    pub(crate) const ALL: [Self; 5] = [Self::Elements, Self::Nodes, Self::Plies, Self::Contact, Self::EnergyBalance];
 
     /// Whether a scene has it.
     fn is_in(self, scene: &Scene) -> bool {
@@ -51,7 +51,7 @@ impl Part {
             Self::Plies => scene.pack,
             Self::Contact => scene.model.projectile.is_some(),
             // Without a projectile the device never lets what may have moved grow: then nothing does, or all of it.
-            Self::Nodes | Self::Ledger => {
+            Self::Nodes | Self::EnergyBalance => {
                 let whole = |ply: usize| ActiveRegion::whole(&scene.model.ply_type(ply).mesh);
                 !scene.elements || scene.state.active.iter().enumerate().all(|(ply, reach)| *reach == whole(ply))
             }
@@ -63,11 +63,11 @@ impl Part {
         // In a pack both contacts would share the processor's sums of losses; whole shots hold their sum.
         let body = scene.model.projectile.is_some() && !scene.pack;
         let all = [
-            (Stage::Elements, self == Self::Elements || self == Self::Ledger && scene.elements),
+            (Stage::Elements, self == Self::Elements || self == Self::EnergyBalance && scene.elements),
             (Stage::Nodes, self != Self::Elements),
-            (Stage::Plies, self == Self::Plies || self == Self::Ledger && scene.pack),
-            (Stage::Projectile, self == Self::Contact || self == Self::Ledger && body),
-            (Stage::EnergyBalance, self == Self::Ledger),
+            (Stage::Plies, self == Self::Plies || self == Self::EnergyBalance && scene.pack),
+            (Stage::Projectile, self == Self::Contact || self == Self::EnergyBalance && body),
+            (Stage::EnergyBalance, self == Self::EnergyBalance),
         ];
         all.into_iter().filter_map(|(stage, has)| has.then_some(stage)).collect()
     }
@@ -344,7 +344,7 @@ impl<'a> Pair<'a> {
         let stages = part.stages(self.scene);
         for step in 0..STEPS {
             let slot = match part {
-                Part::Elements | Part::Ledger => (step > 0).then_some(1),
+                Part::Elements | Part::EnergyBalance => (step > 0).then_some(1),
                 Part::Nodes => Some(0),
                 Part::Plies | Part::Contact => None,
             };
@@ -371,7 +371,7 @@ impl<'a> Pair<'a> {
                     self.compare_nodes(&got, CONTACT, [way, closing[0]]);
                     self.compare_reach(&got, CONTACT);
                 }
-                Part::Ledger => {}
+                Part::EnergyBalance => {}
             }
         }
         match part {
@@ -379,7 +379,7 @@ impl<'a> Pair<'a> {
             Part::Nodes => self.nodes(),
             Part::Plies => Ok(()),
             Part::Contact => self.contact(),
-            Part::Ledger => self.ledger(),
+            Part::EnergyBalance => self.energy_balance(),
         }
     }
 }

@@ -101,11 +101,9 @@ pub(super) fn astray(model: &Model<f32>, state: &mut State<f32>, random: &mut Ra
     }
 }
 
-/// Properties of a scene that differ from the plain one.
+/// Properties of a state that differ from the plain one.
 #[derive(Clone, Copy)]
 struct Kind {
-    /// Columns and rows of the fabric of the patches.
-    size: [usize; 2],
     step: u64,
     /// Distance of plies sideways, at most [cells].
     cells: f64,
@@ -117,81 +115,93 @@ struct Kind {
     pleats: f64,
     /// Nodes of the first ply that may have moved (rows, columns); all of every ply where none are given.
     reach: Option<[usize; 4]>,
-    spacing: Option<f64>,
-    friction: f64,
-    hourglass: f64,
-    viscosity: f64,
-    /// Length of the largest elements over the finest, where they differ.
-    coarsest: Option<f64>,
 }
 
-const PLAIN: Kind = Kind {
-    size: [9, 8],
-    step: 17,
-    cells: 3.0,
-    holes: 0.0,
-    folded: false,
-    pleats: 0.0,
-    reach: None,
-    spacing: None,
-    friction: 0.3,
-    hourglass: 0.05,
-    viscosity: 0.0,
-    coarsest: None,
-};
+const PLAIN: Kind = Kind { step: 17, cells: 3.0, holes: 0.0, folded: false, pleats: 0.0, reach: None };
 
-/// Every angle, fabric, edge and kind of contact.
+type Pack = (&'static str, [usize; 2], &'static [Group], Kind, fn(&mut Case));
+
+const ROLLERS: [&str; 4] = ["roller", "free", "clamped", "roller"];
+const OTHERS: [&str; 4] = ["free", "clamped", "roller", "free"];
+const SIDES_HELD: [&str; 4] = ["clamped", "free", "clamped", "free"];
+const ONE_HELD: [&str; 4] = ["free", "clamped", "free", "free"];
+const ALIKE: &[Group] = &[Group::turned(0), Group::turned(0)];
+
+/// Name, columns and rows of the fabric of the patches, plies, state, change: every angle, fabric, edge and kind of contact.
+const PACKS: [Pack; 10] = [
+    ("two free plies", [9, 8], ALIKE, Kind { holes: 0.1, ..PLAIN }, |_| {}),
+    (
+        "quarter turns, rollers",
+        [9, 8],
+        &[Group::turned(0).with(ROLLERS), Group::turned(90).with(ROLLERS), Group::turned(-90).with(OTHERS)],
+        Kind { cells: 1.0, ..PLAIN },
+        |case| case.pack.spacing = Some(0.2e-3),
+    ),
+    (
+        "thirty degrees, clamped, smooth",
+        [9, 8],
+        &[Group::turned(0).with(SIDES_HELD), Group::turned(30).with(SIDES_HELD), Group::turned(-30).with(ONE_HELD)],
+        Kind { holes: 0.1, ..PLAIN },
+        |case| case.pack.friction = 0.0,
+    ),
+    (
+        "two fabrics, holes, no hourglass",
+        [9, 8],
+        &[Group::turned(0), Group::coarse(0), Group::coarse(30), Group::turned(90)],
+        Kind { holes: 0.4, ..PLAIN },
+        |case| (case.solver.hourglass, case.pack.spacing) = (0.0, Some(0.4e-3)),
+    ),
+    (
+        "the first step",
+        [9, 8],
+        &[Group::coarse(90), Group::turned(0).with(SIDES_HELD)],
+        Kind { step: 0, ..PLAIN },
+        |case| case.pack.friction = 1.2,
+    ),
+    ("ridges", [24, 20], ALIKE, Kind { cells: 0.0, pleats: 3e-4, holes: 0.3, ..PLAIN }, |_| {}),
+    (
+        "folded cells",
+        [9, 8],
+        &[Group::turned(0), Group::turned(0), Group::coarse(0)],
+        Kind { folded: true, cells: 0.7, ..PLAIN },
+        |_| {},
+    ),
+    (
+        "resting plies",
+        [9, 8],
+        &[Group::turned(0), Group::turned(90), Group::turned(0), Group::coarse(30)],
+        Kind { reach: Some([3, 6, 4, 7]), ..PLAIN },
+        |_| {},
+    ),
+    // Far from the centre, and early: what sees what is decided by places, not by the room for travel. A gap of two
+    // micrometres keeps rounding from deciding what touches where the motion dies out.
+    (
+        "resting plies, a corner",
+        [16, 14],
+        &[Group::turned(0), Group::turned(90), Group::turned(0)],
+        Kind { step: 1, reach: Some([1, 4, 11, 14]), ..PLAIN },
+        |case| case.pack.spacing = Some(0.302e-3),
+    ),
+    (
+        "graded plies",
+        [30, 26],
+        &[Group::turned(0), Group::turned(90), Group::coarse(30), Group::turned(0)],
+        Kind { cells: 1.0, holes: 0.1, ..PLAIN },
+        |case| {
+            case.solver.shock_viscosity = 0.3;
+            grade(case, [2e-3, -3e-3], 8.0);
+        },
+    ),
+];
+
 pub(super) fn scenes() -> Vec<Scene> {
-    let (turned, coarse) = (Group::turned, Group::coarse);
-    let (rollers, others) = (["roller", "free", "clamped", "roller"], ["free", "clamped", "roller", "free"]);
-    let (sides, one) = (["clamped", "free", "clamped", "free"], ["free", "clamped", "free", "free"]);
-    vec![
-        pack("two free plies", &[turned(0), turned(0)], Kind { holes: 0.1, ..PLAIN }),
-        pack(
-            "quarter turns, rollers",
-            &[turned(0).with(rollers), turned(90).with(rollers), turned(-90).with(others)],
-            Kind { cells: 1.0, spacing: Some(0.2e-3), ..PLAIN },
-        ),
-        pack(
-            "thirty degrees, clamped, smooth",
-            &[turned(0).with(sides), turned(30).with(sides), turned(-30).with(one)],
-            Kind { friction: 0.0, holes: 0.1, ..PLAIN },
-        ),
-        pack(
-            "two fabrics, holes, no hourglass",
-            &[turned(0), coarse(0), coarse(30), turned(90)],
-            Kind { hourglass: 0.0, holes: 0.4, spacing: Some(0.4e-3), ..PLAIN },
-        ),
-        pack("the first step", &[coarse(90), turned(0).with(sides)], Kind { step: 0, friction: 1.2, ..PLAIN }),
-        pack("ridges", &[turned(0), turned(0)], Kind { size: [24, 20], cells: 0.0, pleats: 3e-4, holes: 0.3, ..PLAIN }),
-        pack("folded cells", &[turned(0), turned(0), coarse(0)], Kind { folded: true, cells: 0.7, ..PLAIN }),
-        pack(
-            "resting plies",
-            &[turned(0), turned(90), turned(0), coarse(30)],
-            Kind { reach: Some([3, 6, 4, 7]), cells: 0.0, ..PLAIN },
-        ),
-        // Far from the centre, and early: what sees what is decided by places, not by the room for travel. A gap of two
-        // micrometres keeps rounding from deciding what touches where the motion dies out.
-        pack(
-            "resting plies, a corner",
-            &[turned(0), turned(90), turned(0)],
-            Kind { size: [16, 14], step: 1, reach: Some([1, 4, 11, 14]), spacing: Some(0.302e-3), ..PLAIN },
-        ),
-        pack(
-            "graded plies",
-            &[turned(0), turned(90), coarse(30), turned(0)],
-            Kind { size: [30, 26], coarsest: Some(8.0), cells: 1.0, holes: 0.1, viscosity: 0.3, ..PLAIN },
-        ),
-    ]
+    PACKS.map(pack).into()
 }
 
-fn pack(name: &'static str, groups: &[Group], kind: Kind) -> Scene {
-    let mut case = case(kind.size, groups);
-    (case.pack.spacing, case.pack.friction) = (kind.spacing, kind.friction);
-    (case.solver.hourglass, case.solver.shock_viscosity) = (kind.hourglass, kind.viscosity);
-    if let Some(coarsest) = kind.coarsest {
-        grade(&mut case, [2e-3, -3e-3], coarsest);
-    }
+fn pack((name, size, groups, kind, change): Pack) -> Scene {
+    let mut case = case(size, groups);
+    (case.pack.friction, case.solver.hourglass, case.solver.shock_viscosity) = (0.3, 0.05, 0.0);
+    change(&mut case);
     let model = Model::<f32>::new(&case).unwrap();
     let mut state = State::new(&case, &model);
     state.step = kind.step;

@@ -140,7 +140,7 @@ const SPECIAL: [Special; 9] = [
             yarn_strength: Some(YarnStrength { shape: 4.0, gauge_length: 1e-3, yarn_shape: Some(6.0) }),
         });
     }),
-    ("several workgroups of the ledger", [33, 35], 1, |case| {
+    ("several workgroups of the energy balance", [33, 35], 1, |case| {
         case.pack.edges.left = Edge::Roller;
         case.pack.edges.bottom = Edge::Clamped;
     }),

@@ -12,7 +12,7 @@ use ripstop::solver::state::State;
 use super::packs::{self, Group};
 use super::scenes::{Scene, element_places, grade, kill, node_places, random_elements, set_yarns};
 use crate::support::{Random, patch};
-use Kind::{Between, CutClose, Edges, Held, OneSide, Resting, Rim, Slit, Weft};
+use Kind::{Between, Edges, Held, Resting, Rim, Slit, Weft};
 
 /// Properties of a scene that differ from the plain one.
 #[derive(Clone, Copy, PartialEq)]
@@ -25,12 +25,8 @@ enum Kind {
     Rim,
     /// A weft covers the body instead of a warp.
     Weft,
-    /// One side is struck and turns the body; the other flies ahead of it until it does.
-    OneSide,
     /// Fabric is torn along a strip.
     Slit,
-    /// Yarns are cut close by in some plies, in others just far enough away to cover.
-    CutClose,
     /// A free body meets held nodes.
     Held,
     /// Contact is sampled at the edges between nodes too.
@@ -49,7 +45,7 @@ type Change = fn(&mut Projectile, &mut Case);
 const TURNED: [Group; 3] = [Group::turned(0), Group::turned(90), Group::turned(30)];
 
 /// Name, shape, plies (of the patch where none are given), kinds, change.
-const SCENES: [(&str, Shape, &[Group], &[Kind], Change); 27] = [
+const SCENES: [(&str, Shape, &[Group], &[Kind], Change); 25] = [
     ("sphere", SPHERE, &[], &[], |_, case| case.pack.plies = 13),
     ("sphere, spinning, oblique, friction", SPHERE, &[], &[], |p, case| {
         oblique(p);
@@ -58,9 +54,6 @@ const SCENES: [(&str, Shape, &[Group], &[Kind], Change); 27] = [
     ("cylinder, yawed, friction", CYLINDER, &[], &[], |p, _| {
         oblique(p);
         p.edge_radius = 0.5e-3;
-    }),
-    ("light cylinder, one side of the face", CYLINDER, &[], &[OneSide], |p, _| {
-        (p.mass, p.inertia, p.friction) = (2e-6, Some([2e-12, 2e-12]), 0.7);
     }),
     ("rim of a flat cylinder", CYLINDER, &[], &[Rim], |p, _| p.friction = 0.1),
     ("cone", CONE, &[], &[], |p, case| (p.edge_radius, case.pack.plies) = (0.3e-3, 2)),
@@ -87,10 +80,6 @@ const SCENES: [(&str, Shape, &[Group], &[Kind], Change); 27] = [
     ("cylinder beside the middle of a graded ply, friction", CYLINDER, &[], &[], |p, case| {
         oblique(p);
         grade(case, [4e-3, 3e-3], 2.0);
-    }),
-    ("graded yarns cut close and far away", CYLINDER, &[], &[CutClose], |_, case| {
-        (case.pack.columns, case.pack.rows, case.pack.plies) = (49, 43, 4);
-        grade(case, [0.0; 2], 4.0);
     }),
     ("between nodes, yawed, friction", CYLINDER, &[], &[Between], |p, _| oblique(p)),
     ("between nodes, rounded, and behind the rim", CYLINDER, &[], &[Between, Rim], |p, _| {
@@ -192,20 +181,8 @@ fn struck(name: &'static str, shape: Shape, groups: &[Group], kinds: &[Kind], ch
         mend(&model, &mut state, &body, is(Weft));
         random_elements(&model, &mut state, &mut random, 0.2);
     }
-    for [ply, row, column] in element_places(&model) {
-        if is(Slit) {
-            set_yarns(&mut state, row, column, [!(4..7).contains(&row); 2]);
-        }
-        if is(CutClose) {
-            // Warp on the right in every other ply, weft below in the rest: further away than a yarn must run on to cover, in
-            // elements but not in length, or close by. Nothing is left of the other yarn.
-            let (mesh, yarn) = (&model.ply_type(ply).mesh, ply % 2);
-            let at = row - model.grid.first_element_row(ply);
-            let middle = mesh.reference(at, column)[yarn] + 0.5 * mesh.size(at, column)[yarn];
-            let away = (middle - body.position[yarn]) * [1.0, -1.0][yarn] / mesh.length[yarn];
-            let whole = away < if ply < 2 { 11.0 } else { 4.5 };
-            set_yarns(&mut state, row, column, [0, 1].map(|other| whole && other == yarn));
-        }
+    for [_, row, column] in element_places(&model).into_iter().filter(|_| is(Slit)) {
+        set_yarns(&mut state, row, column, [!(4..7).contains(&row); 2]);
     }
     place_nodes(&model, &mut state, &mut random, &body, speed, kinds);
     state.body = Some(body);
@@ -259,11 +236,8 @@ fn place_nodes(
         let inverse = &model.ply_type(ply).row_mass(row).inverse;
         for a in 0..3 {
             // Away from the body as often as towards it.
-            let ahead = a == 2 && kinds.contains(&OneSide) && at.x < body.position.x;
-            let forward = if ahead { 0.92 } else { [0.0, 0.0, 0.6][a] };
-            let spread = if ahead { 1.0 } else { 40.0 };
             let free = inverse[a][column] > 0.0;
-            let v = if free { random.between(-spread, spread) + forward * speed } else { 0.0 };
+            let v = if free { random.between(-40.0, 40.0) + [0.0, 0.0, 0.6][a] * speed } else { 0.0 };
             let at = model.grid.first_node_row(ply) + row;
             state.nodes.set(at, node::DISPLACEMENT + a, column, moved[a] as f32);
             state.nodes.set(at, node::VELOCITY + a, column, if resting { 0.0 } else { v as f32 });

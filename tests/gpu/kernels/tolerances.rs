@@ -36,7 +36,7 @@ const fn allow(kernel: &'static str, quantity: &'static str, roundings: f64) -> 
     Tolerance { kernel, quantity, roundings, card: CARD }
 }
 
-/// The same with more on a card than its operations explain: measured, for a solver that ends elsewhere.
+/// A tolerance with more on a card than its operations explain: measured, for a solver that ends elsewhere.
 const fn measured(kernel: &'static str, quantity: &'static str, roundings: f64, card: f64) -> Tolerance {
     Tolerance { kernel, quantity, roundings, card }
 }
@@ -81,18 +81,18 @@ pub(crate) const TOLERANCES: [Tolerance; 46] = [
     allow("projectile_contact", "penetration", 16.0),
     allow("step", "counters", 0.0),
     allow("step", "cleared", 0.0), // marks and sums that begin anew
-    allow("ledger", "covered", 0.0),
-    allow("ledger", "work", 12.0), // forces by displacements: 8 roundings, and 4 of the sum
-    allow("ledger", "released energy", 8.0), // squares of strains
-    measured("ledger", "stored energy", 12.0, 10.0), // squares of strains, and 4 of the sum; on a card with heights as above
-    allow("ledger", "law energy", 12.0),
-    allow("ledger", "tension", 8.0),
-    allow("ledger", "load", 8.0),
-    allow("ledger", "deflection", 3.0),
-    allow("ledger", "support", 25.0),        // impulses of two steps, and 9 of the sum
-    allow("ledger", "kinetic energy", 16.0), // squares of velocities, and 4 of the sum
-    allow("ledger", "largest square of speed", 16.0 * 2.7), // of a velocity that may be the difference of larger ones
-    allow("ledger", "momentum", 16.0 * 10.0), // velocities, that contact may have rounded ten times as much
+    allow("energy_balance", "covered", 0.0),
+    allow("energy_balance", "work", 12.0), // forces by displacements: 8 roundings, and 4 of the sum
+    allow("energy_balance", "released energy", 8.0), // squares of strains
+    measured("energy_balance", "stored energy", 12.0, 10.0), // squares of strains, and 4 of the sum; on a card with heights as above
+    allow("energy_balance", "law energy", 12.0),
+    allow("energy_balance", "tension", 8.0),
+    allow("energy_balance", "load", 8.0),
+    allow("energy_balance", "deflection", 3.0),
+    allow("energy_balance", "support", 25.0), // impulses of two steps, and 9 of the sum
+    allow("energy_balance", "kinetic energy", 16.0), // squares of velocities, and 4 of the sum
+    allow("energy_balance", "largest square of speed", 16.0 * 2.7), // of a velocity that may be the difference of larger ones
+    allow("energy_balance", "momentum", 16.0 * 10.0), // velocities, that contact may have rounded ten times as much
 ];
 
 /// Sizes of a scene whose roundings a difference is counted in.

@@ -89,7 +89,5 @@ defects! {
         "largest tensions added" in "variational, compressible": "local == TENSION ||" => "";
         "evaluations not counted anew" in "variational, compressible": "flags[element] = word & 3u;" => "";
         "wefts do not cover" in "sphere under a weft": "runs_on(ply, place, 2u)" => "false";
-        "elements before it count alike" in "graded yarns cut close and far away":
-            "left -= line_at(ply, axis, first).width)" => "left -= 1.0)";
     }
 }

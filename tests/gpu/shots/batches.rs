@@ -1,70 +1,210 @@
-//! The same bits every time, and for every batch length.
+//! Many shots in one dispatch, those of limits and sweeps too: each gives the bits that it gives alone, whatever its neighbours are and
+//! whatever becomes of them.
 
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use ripstop::case::{self, Case};
 use ripstop::gpu::Device;
-use ripstop::run::{Run, Skips};
+use ripstop::output::{Folder, residual_velocity};
+use ripstop::run::batch::{DeviceBatch, PreparedShot};
+use ripstop::run::{Precision, Run};
+use ripstop::study::batch::{Batch, BatchError, BatchOptions, ShotOrder, order_case};
+use ripstop::study::shot_table::ShotRow;
+use ripstop::study::v50::{self, V50Request};
+use ripstop::study::v50_result::V50Result;
+use tempfile::TempDir;
 
-use super::{Outcome, Tests, run_in_batches, run_on, simulated};
-use crate::kept::result;
-use crate::scene::builtin;
+use super::endings::edges;
+use super::{Outcome, Tests, run_on, run_until};
+use crate::kept::{files, pack, ply, quarter, result, same_files};
+use crate::scene::shipped;
 
 pub(super) const TESTS: Tests = &[
-    ("a_run_gives_the_same_bits_again", again),
-    ("the_batch_length_does_not_matter", lengths),
-    ("what_is_left_at_rest_changes_no_bit", front),
+    ("thresholds_go_together_and_are_what_they_are_alone", thresholds),
+    ("shots_of_a_batch_are_what_they_are_alone", each_as_alone),
+    ("rows_do_not_depend_on_the_batch", rows),
+    ("an_interrupt_gives_up_what_is_under_way", interrupted),
 ];
 
-/// 1280 elements struck at 300 m/s, with failures, friction, rotation, and profiles on and between samples.
-fn shot() -> ripstop::case::Case {
-    let sets = ["/output/profile_times_us=[10,30.03,50]", "/output/history_interval_us=0.7"];
-    builtin("cases/verify/mirror.json", &sets)
+/// A case at other velocities [m/s].
+fn at(case: &Case, velocities: &[f64]) -> Vec<Case> {
+    let at = |velocity: &f64| {
+        let mut case = case.clone();
+        case.projectile.as_mut().unwrap().velocity = *velocity;
+        case
+    };
+    velocities.iter().map(at).collect()
 }
 
-#[track_caller]
-fn equal(one: &Run, two: &Run, what: &str) {
-    let [one, two] = [one, two].map(|run| result(&shot(), run));
-    for (one, two) in one.iter().zip(&two) {
-        assert_eq!(one, two, "{what}");
+fn prepared(case: &Case) -> PreparedShot {
+    PreparedShot::new(case.clone()).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// Everything that shots gave, in their order.
+fn together(batch: &mut DeviceBatch<'_>, cases: &[Case]) -> Vec<Vec<String>> {
+    let shots: Vec<PreparedShot> = cases.iter().map(prepared).collect();
+    assert!(batch.takes(&shots[0], shots.len()));
+    let mut results = vec![Vec::new(); cases.len()];
+    let mut ended = |number: usize, run: &Run| {
+        assert!(results[number].is_empty(), "reported twice");
+        results[number] = result(&cases[number], run);
+        true
+    };
+    assert_eq!(batch.fire(&shots, &AtomicBool::new(false), &mut ended), Ok(true));
+    results
+}
+
+fn each_as_alone(device: &'static Device) -> Outcome {
+    for (case, velocities) in [
+        (ply(), &[400.0, 250.0, 600.0, 400.5][..]),
+        (pack(), &[500.0, 350.0, 650.0]),
+        (quarter(), &[350.0, 140.0, 250.0]),
+        (edges(), &[400.0, 550.0]),
+        // One whose numbers blow up ends alone.
+        (ply(), &[400.0, 1e30, 300.0]),
+    ] {
+        let cases = at(&case, velocities);
+        let runs: Vec<Run> = cases.iter().map(|case| run_until(device, case, &AtomicBool::new(false))).collect();
+        for (velocity, run) in velocities.iter().zip(&runs) {
+            assert_eq!(run.divergence.is_some(), *velocity > 1e6, "{velocity} m/s");
+        }
+        assert!(runs.iter().any(|run| !run.events.is_empty()), "nothing has failed");
+        let alone: Vec<_> = cases.iter().zip(&runs).map(|(case, run)| result(case, run)).collect();
+        let room = cases.len() as u64 + 1;
+        let mut batch = DeviceBatch::new(device, &prepared(&cases[0]), room).map_err(|e| e.to_string())?;
+        assert!(together(&mut batch, &cases) == alone, "{velocities:?} together");
+        // With other neighbours, in another place, and after a batch that has left its traces.
+        let turned = together(&mut batch, &[cases[1].clone(), cases[0].clone()]);
+        assert!(turned == [alone[1].clone(), alone[0].clone()], "{velocities:?} turned");
+        let used = batch.device_use();
+        assert_eq!((used.shots, used.room), (cases.len() as u64 + 2, room));
+        assert!(used.dispatches > 0 && used.bytes > 0);
     }
-    assert_eq!(one.len(), two.len(), "{what}");
-}
-
-/// Every row and every failure, every digit.
-#[track_caller]
-pub(super) fn equal_rows(one: &Run, two: &Run, what: &str) {
-    assert_eq!(one.events, two.events, "{what}");
-    for (one, two) in one.history.iter().zip(&two.history) {
-        assert_eq!(format!("{one:?}"), format!("{two:?}"), "{what}");
-    }
-    assert_eq!(one.history.len(), two.history.len(), "{what}");
-}
-
-/// A long strip: the wave takes most of the run to its ends. Yarns break in the middle meanwhile.
-fn front(device: &'static Device) -> Outcome {
-    let sets =
-        ["/pack/width_mm=30", "/projectile/velocity_m_s=400", "/solver/end_time_us=16", "/output/profile_times_us=[]"];
-    let case = builtin("cases/s720-1ply-155.json", &sets);
-    let [part, whole] =
-        [false, true].map(|whole| simulated(device, &case, Skips { wavefront: !whole, ..Skips::WHOLE }));
-    assert!(part.events.len() > 10, "{}", part.events.len());
-    equal_rows(&part, &whole, "the whole strip");
-    assert_eq!(whole.element_steps_computed, whole.steps * whole.elements as u64);
-    let saved = 1.0 - part.element_steps_computed as f64 / whole.element_steps_computed as f64;
-    assert!(saved > 0.25, "{saved}");
     Ok(())
 }
 
-fn again(device: &'static Device) -> Outcome {
-    let run = run_on(device, &shot());
-    assert!(run.events.len() > 20 && run.profiles.len() == 3, "{} {}", run.events.len(), run.profiles.len());
-    equal(&run, &run_on(device, &shot()), "the second time");
+fn options<'a>(device: &'a Device, interrupt: &'a AtomicBool, resume: bool) -> BatchOptions<'a> {
+    let (seed, precision, progress) = (3, Precision::F32, &|_| {});
+    BatchOptions { seed, threads: 1, threads_per_shot: 1, precision, device: Some(device), interrupt, resume, progress }
+}
+
+fn folder(path: &Path) -> Folder {
+    Folder::prepare_for(path, &[], &[]).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// Shots in an empty folder until the end, or the first row where `once` is set: how they ended, their rows, and how many the device computed
+/// at a time at most.
+fn fired(
+    device: &Device,
+    case: &Case,
+    shots: &[(u32, f64)],
+    once: bool,
+) -> (Result<(), BatchError>, Vec<ShotRow>, u64) {
+    let (place, stop) = (TempDir::new().unwrap(), AtomicBool::new(false));
+    let folder = folder(place.path());
+    let orders: Vec<ShotOrder> =
+        shots.iter().map(|(shot, velocity)| ShotOrder { shot: *shot, velocity: Some(*velocity) }).collect();
+    let batch = Batch::open(case.clone(), &options(device, &stop, false), &folder, "shots.csv").unwrap();
+    let ended = batch.fire(&orders, 1, &|_| stop.store(once, Ordering::Relaxed));
+    let rows = batch.table().rows(u32::MAX).cloned().collect();
+    (ended, rows, batch.device_use().room)
+}
+
+/// A small ply that differs from shot to shot.
+fn varied(sets: &[&str]) -> Case {
+    let small = ["/pack/width_mm=25.4", "/pack/height_mm=25.4", "/pack/elements_per_crossover=2", "/expect=[]"];
+    shipped("cases/s720-1ply-155.json", &[&small[..], sets].concat())
+}
+
+fn rows(device: &'static Device) -> Outcome {
+    const STRENGTH: &str = r#"/variability={"velocity": {"scatter_m_s": 5}, "obliquity": {"scatter_deg": 1},
+        "yarn_strength": {"shape": 11.5, "gauge_length_mm": 125, "yarn_shape": 20}}"#;
+    let case = varied(&[STRENGTH, "/solver/end_time_us=40"]);
+    // The third is faster than any case may ask for.
+    let shots = [(0, 400.0), (1, 300.0), (2, 1e6), (3, 500.0)];
+    let (ended, all, at_a_time) = fired(device, &case, &shots, false);
+    ended.map_err(|e| e.to_string())?;
+    assert_eq!((all.len(), at_a_time), (4, 3), "those that can be set up go together");
+    assert!(all[2].outcome.is_none() && all[2].reason.contains("velocity"), "{:?}", all[2]);
+    assert!(all.iter().all(|row| row.order.shot == 2 || row.outcome.is_some()), "{all:?}");
+    for (number, shot) in shots.iter().enumerate() {
+        assert_eq!(fired(device, &case, &[*shot], false).1, [all[number].clone()], "shot {number} alone");
+    }
+    assert_eq!(fired(device, &case, &[shots[3], shots[1]], false).1, [all[1].clone(), all[3].clone()]);
+    // Other moduli give another time step: each has pipelines of its own.
+    let case = varied(&[r#"/variability={"modulus": {"scatter": 0.05}}"#, "/solver/end_time_us=10"]);
+    let (_, rows, at_a_time) = fired(device, &case, &shots[..2], false);
+    assert_eq!((rows.len(), at_a_time), (2, 1));
+    assert_eq!(fired(device, &case, &shots[1..2], false).1, rows[1..]);
     Ok(())
 }
 
-fn lengths(device: &'static Device) -> Outcome {
-    let one = run_in_batches(device, &shot(), 1);
-    for steps in [7, 64, 256] {
-        equal(&one, &run_in_batches(device, &shot(), steps), &format!("batches of {steps} steps"));
+fn interrupted(device: &'static Device) -> Outcome {
+    let (ended, rows, _) = fired(device, &varied(&["/solver/end_time_us=200"]), &[(0, 900.0), (1, 60.0)], true);
+    match ended {
+        Err(BatchError::Interrupted) if rows.len() == 1 => Ok(()),
+        other => Err(format!("{} rows, {other:?}", rows.len())),
     }
-    equal(&one, &run_on(device, &shot()), "batches of the run's own choice");
+}
+
+const TINY: &str = r#"{"title": "tiny ply", "fabric": {"file": "fabrics/s-720.json"},
+    "pack": {"width_mm": 7.62, "height_mm": 7.62},
+    "projectile": {"shape": "sphere", "diameter_mm": 3, "mass_g": 0.05, "velocity_m_s": 120}}"#;
+const VARIES: &str = r#"/variability={"obliquity": {"scatter_deg": 1},
+    "yarn_strength": {"shape": 11.5, "gauge_length_mm": 125, "yarn_shape": 20}}"#;
+
+fn tiny(sets: &[&str]) -> Case {
+    let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
+    case::from_str("tiny", TINY, &sets).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// Limit of a case on a device, from two realisations and a refined one.
+fn limit(device: &Device, case: &Case, refined: u32, path: &Path, resume: bool) -> V50Result {
+    let quiet = AtomicBool::new(false);
+    let request = V50Request { count: 2, until_width: None, bracket: 0.1, refined, level: 0.9 };
+    let found = v50::run(case, &request, &options(device, &quiet, resume), &folder(path));
+    found.unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// Rows of a table, every third of which must be that of the shot alone.
+fn rows_as_alone(device: &Device, case: &Case, table: &Path) -> u64 {
+    let mut reader = csv::Reader::from_path(table).unwrap();
+    let rows: Vec<BTreeMap<String, String>> = reader.deserialize().map(Result::unwrap).collect();
+    for row in rows.iter().step_by(3) {
+        let velocity = row["asked_velocity_m_s"].parse().unwrap();
+        let order = ShotOrder { shot: row["shot"].parse().unwrap(), velocity: Some(velocity) };
+        let shot = order_case(case, 3, order).unwrap();
+        let run = run_on(device, &shot);
+        let residual = residual_velocity(&shot, &run).filter(|_| row["perforated"] == "1");
+        let alone = [Some(run.steps as f64), residual, Some(run.energy_error)];
+        let found = ["steps", "residual_velocity_m_s", "energy_error"].map(|name| row[name].parse().ok());
+        assert_eq!((row["outcome"].as_str(), found), (run.outcome.word(), alone), "{order:?}");
+    }
+    rows.len() as u64
+}
+
+fn thresholds(device: &'static Device) -> Outcome {
+    let case = tiny(&[VARIES]);
+    let [whole, broken] = [TempDir::new().unwrap(), TempDir::new().unwrap()];
+    let found = limit(device, &case, 1, whole.path(), false);
+    assert!(found.thresholds.iter().all(Result::is_ok) && found.refinement.is_some(), "{found:?}");
+    let tables = ["v50.csv", "v50-refined.csv"].map(|name| whole.path().join(name));
+    let finer = tiny(&[VARIES, "/solver/accuracy=converged"]);
+    let [shots, refined] = [rows_as_alone(device, &case, &tables[0]), rows_as_alone(device, &finer, &tables[1])];
+    assert!(shots > 12 && refined > 3 && (found.shots as u64, found.refined_shots as u64) == (shots, refined));
+    assert_eq!((found.device.shots, found.device.room), (shots + refined, 2), "realisations together");
+    // An end among the shots of both meshes changes nothing; what is there is not fired again.
+    fs::copy(whole.path().join("plan.json"), broken.path().join("plan.json")).unwrap();
+    for table in &tables {
+        let text = fs::read_to_string(table).unwrap();
+        let partial = broken.path().join(format!("{}.partial", table.file_name().unwrap().display()));
+        fs::write(partial, &text[..3 * text.len() / 4]).unwrap();
+    }
+    let again = limit(device, &case, 1, broken.path(), true);
+    same_files(&files(broken.path()), &files(whole.path()));
+    assert!((2..shots).contains(&again.device.shots), "{} of {shots} shots", again.device.shots);
     Ok(())
 }

@@ -1,24 +1,35 @@
-//! Runs that end before their time.
+//! Runs that end before their time: by their outcome, by the user, by numbers that blow up, by a device or a program that goes away; and
+//! runs that go on from a checkpoint.
 
+use std::fs::{self, File};
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Duration;
 
-use ripstop::case::Case;
-use ripstop::gpu::Device;
+use ripstop::case::{self, Case, ContactSampling};
+use ripstop::gpu::{Device, adapters, device};
+use ripstop::run::checkpoint::{Checkpoint, CheckpointError, CheckpointReason, Checkpointable, Header};
 use ripstop::run::device::DeviceSimulation;
-use ripstop::run::outcome;
-use ripstop::run::{self, Options, Run, Skips};
+use ripstop::run::{self, Observer, Options, Outcome as Fate, Run, RunError, Simulation, Skips};
+use serde_json::{Value, json};
+use tempfile::TempDir;
 
-use super::{Outcome, Tests, failures_add_up, run_on, run_until};
+use super::{Outcome, Tests, begun, failures_add_up, run_on, run_until, sound};
+use crate::kept::{files, pack, ply, result, same_files, wait_for_another};
 use crate::scene::{builtin, run};
-use crate::support::torn;
+use crate::support::{Random, torn};
 
 pub(super) const TESTS: Tests = &[
     ("an_interrupt_ends_with_a_row", interrupted),
-    ("numbers_that_blow_up_are_told_with_step_and_place", unstable),
-    ("a_run_that_is_decided_ends_there", decided),
+    ("numbers_that_blow_up_are_reported_with_step_and_place", unstable),
+    ("a_run_ends_with_its_outcome_as_on_the_processor", decided),
     ("debris_ahead_does_not_keep_a_shot_undecided", debris),
-    ("a_shot_that_stopped_flies_back", separated),
-    ("a_pack_that_nothing_holds_stops_a_shot_and_carries_it", carried),
+    ("a_run_goes_on_bit_by_bit_from_random_times", resumed),
+    ("a_checkpoint_that_does_not_fit_is_refused_and_timings_are_kept", checkpoints),
+    ("killed_at_random_moments_a_run_ends_as_if_nothing_had_been", killed),
+    ("a_device_lost_in_mid_run_leaves_the_history_so_far", lost),
 ];
 
 /// The last row is of the positions that the last step began with.
@@ -30,6 +41,10 @@ fn ends_with_a_row(case: &Case, run: &Run) {
     failures_add_up(case, run);
 }
 
+fn options(device: &Device) -> Options<'_> {
+    Options::default().threads(1).device(device)
+}
+
 fn interrupted(device: &'static Device) -> Outcome {
     // Rows so far apart that only the interrupt can have asked for the last one.
     let case = builtin("cases/verify/mirror.json", &["/output/history_interval_us=40", "/projectile/velocity_m_s=600"]);
@@ -37,13 +52,10 @@ fn interrupted(device: &'static Device) -> Outcome {
     assert!(run.interrupted && run.divergence.is_none() && run.lost.is_none());
     ends_with_a_row(&case, &run);
     let interrupt = AtomicBool::new(false);
-    let options = Options::default().threads(1).device(device);
     let mut stop = |at: &run::Progress| interrupt.store(at.steps > 100, Ordering::Relaxed);
-    let run = run::run(&case, options, &interrupt, &mut stop).map_err(|e| e.to_string())?;
-    assert!(run.interrupted && run.steps > 100);
-    let last = run.history.last().unwrap();
-    assert!(last.time < 40e-6 && run.history.len() == 2, "{} rows up to {} s", run.history.len(), last.time);
-    assert!(!run.events.is_empty());
+    let run = run::run(&case, options(device), &interrupt, &mut stop).map_err(|e| e.to_string())?;
+    assert!(run.interrupted && run.steps > 100 && !run.events.is_empty());
+    assert!(run.history.len() == 2 && run.history[1].time < 40e-6, "{} rows", run.history.len());
     ends_with_a_row(&case, &run);
     Ok(())
 }
@@ -52,16 +64,14 @@ fn unstable(device: &'static Device) -> Outcome {
     let mut case = builtin("cases/verify/mirror.json", &[]);
     case.solver.courant = 5.0;
     let run = run_until(device, &case, &AtomicBool::new(false));
-    let trouble = run.divergence.as_ref().ok_or("no trouble at five times the stable step")?;
-    assert!(run.lost.is_none() && !run.interrupted);
-    assert!(trouble.step <= run.steps && trouble.step > 0, "{trouble:?} {}", run.steps);
+    let found = run.divergence.as_ref().ok_or("no divergence at five times the stable step")?;
+    assert!(run.lost.is_none() && !run.interrupted && found.step <= run.steps && found.step > 0, "{found:?}");
+    assert!(["element_force", "node_update", "projectile_contact", "rigid_body"].contains(&found.kernel), "{found:?}");
+    let [ply, row, column] = found.place;
     assert!(
-        ["element_force", "node_update", "projectile_contact", "rigid_body"].contains(&trouble.kernel),
-        "{trouble:?}"
+        ply == 0 && row <= case.pack.rows && column <= case.pack.columns && !found.quantity.is_empty(),
+        "{found:?}"
     );
-    let [ply, row, column] = trouble.place;
-    assert!(ply == 0 && row <= case.pack.rows && column <= case.pack.columns, "{trouble:?}");
-    assert!(!trouble.quantity.is_empty());
     for row in &run.history {
         let numbers = ripstop::output::history::COLUMNS.map(|column| (column.read)(row));
         assert!(numbers.iter().all(|x| x.is_finite()), "{row:?}");
@@ -70,37 +80,56 @@ fn unstable(device: &'static Device) -> Outcome {
 }
 
 fn decided(device: &'static Device) -> Outcome {
-    let sets = [
-        "/projectile/velocity_m_s=60",
-        "/projectile/obliquity_deg=0",
-        "/solver/end_time_us=400",
-        "/solver/run_until=outcome",
-    ];
-    let case = builtin("cases/verify/mirror.json", &sets);
-    let (cpu, gpu) = (run(&case), run_on(device, &case));
-    assert_eq!(gpu.outcome, cpu.outcome);
-    let [c, g] = [&cpu, &gpu].map(|run| run.stop_time.unwrap());
-    assert!((c - g).abs() < 0.2e-6, "stops at {g} for {c} s");
-    assert!(gpu.history.last().unwrap().time < 390e-6);
-    ends_with_a_row(&case, &gpu);
+    let slow = ["/projectile/velocity_m_s=60", "/projectile/obliquity_deg=0"];
+    let carried = ["/pack/width_mm=40", "/pack/height_mm=40", "/pack/edges=free", "/pack/elements_per_crossover=1"];
+    let bare = ["/output/profile_times_us=[]", "/expect=[]", "/solver/end_time_us=1500"];
+    let back = ["/projectile/offset_mm=[0,0]", "/solver/end_time_us=1500", "/solver/run_until=separation"];
+    let stop = ["/solver/end_time_us=400", "/solver/run_until=outcome"];
+    // Far above and far below the limit no chance decides.
+    let far = ["/solver/end_time_us=150", "/output/history_interval_us=0.5", "/projectile/mass_g=0.3"];
+    let mirror = |sets: &[&str]| builtin("cases/verify/mirror.json", &[&slow[..], sets].concat());
+    let paper = |sets: &[&[&str]]| builtin("cases/s720-1ply-155.json", &sets.concat());
+    for (case, outcome, end, allowed) in [
+        (mirror(&stop), Fate::Stopped, 390e-6, 0.2e-6),
+        (mirror(&back), Fate::Rebounded, 1400e-6, 0.02),
+        (paper(&[&slow[..1], &carried, &bare]), Fate::Stopped, 1500e-6, 0.01),
+        (super::graded(&[&far[..], &["/projectile/velocity_m_s=600"]].concat()), Fate::Perforated, 1.0, 0.02),
+        (super::graded(&[&far[..], &["/projectile/velocity_m_s=60"]].concat()), Fate::Stopped, 1.0, 0.02),
+    ] {
+        let (cpu, gpu) = (run(&case), run_on(device, &case));
+        assert_eq!((gpu.outcome, cpu.outcome), (outcome, outcome), "{}", case.title);
+        let last = |run: &Run| Some(run.history.last().unwrap().projectile_velocity);
+        let impact = case.projectile.as_ref().unwrap().velocity;
+        // A time of 0.2 µs, velocities by themselves or by that of the impact.
+        let numbers = |run: &Run| match (run.rebound_velocity, run.carried_velocity, end < 400e-6) {
+            (_, _, true) => vec![(run.stop_time, 1.0)],
+            (Some(back), ..) => vec![(Some(back), back)],
+            (_, Some(carried), _) => vec![(run.stop_time, run.stop_time.unwrap()), (Some(carried), carried)],
+            _ => vec![(last(run), impact)],
+        };
+        for ((c, scale), (g, _)) in numbers(&cpu).into_iter().zip(numbers(&gpu)) {
+            assert!((c.unwrap() - g.unwrap()).abs() < allowed * scale, "{}, {outcome:?}: {g:?} for {c:?}", case.title);
+        }
+        assert!(gpu.history.last().unwrap().time < end);
+        ends_with_a_row(&case, &gpu);
+    }
     Ok(())
 }
 
-/// What covers the projectile is looked at after the same samples as on the processor, whatever the batches: a longer one waits.
+/// The fabric that covers the projectile is looked at after the same samples as on the processor, whatever the batches: a longer one waits.
 fn debris(device: &'static Device) -> Outcome {
     let case = torn::case(&[]);
-    for loose in [true, false] {
-        let mut cpu = run::Simulation::<f32>::new(&case).map_err(|e| e.to_string())?;
-        torn::tear(&cpu.model, &mut cpu.state, loose);
+    for (detached, expected) in [(true, Fate::Perforated), (false, Fate::Running)] {
+        let mut cpu = Simulation::<f32>::new(&case).map_err(|e| e.to_string())?;
+        torn::tear(&cpu.model, &mut cpu.state, detached);
         while !cpu.finished(&case) {
             cpu.advance(&case);
         }
         let cpu = cpu.into_run(1.0);
-        let expected = if loose { outcome::Outcome::Perforated } else { outcome::Outcome::Running };
         assert_eq!(cpu.outcome, expected);
         for batch in [Some(1), Some(7), Some(256), None] {
-            let gpu = DeviceSimulation::with_skips(&case, device, Skips::WHOLE).map_err(|e| e.to_string())?;
-            let mut gpu = gpu.with_state(|model, state| torn::tear(model, state, loose));
+            let mut gpu =
+                begun(device, &case, Skips::WHOLE).with_state(|model, state| torn::tear(model, state, detached));
             if let Some(steps) = batch {
                 gpu = gpu.with_batch(steps);
             }
@@ -109,50 +138,179 @@ fn debris(device: &'static Device) -> Outcome {
             }
             let gpu = gpu.into_run(1.0);
             assert!(gpu.divergence.is_none() && gpu.lost.is_none(), "{:?} {:?}", gpu.divergence, gpu.lost);
-            assert_eq!(gpu.outcome, expected, "batches of {batch:?}");
             let [c, g] = [&cpu, &gpu].map(|run| run.history.last().unwrap());
-            assert_eq!((g.time, g.perforated_plies), (c.time, c.perforated_plies), "batches of {batch:?}");
+            let found = (gpu.outcome, g.time, g.perforated_plies);
+            assert_eq!(found, (expected, c.time, c.perforated_plies), "batches of {batch:?}");
         }
     }
     Ok(())
 }
 
-fn separated(device: &'static Device) -> Outcome {
-    let sets = [
-        "/projectile/velocity_m_s=60",
-        "/projectile/obliquity_deg=0",
-        "/projectile/offset_mm=[0,0]",
-        "/solver/end_time_us=1500",
-        "/solver/run_until=separation",
-    ];
-    let case = builtin("cases/verify/mirror.json", &sets);
-    let (cpu, gpu) = (run(&case), run_on(device, &case));
-    assert_eq!((gpu.outcome, cpu.outcome), (outcome::Outcome::Rebounded, outcome::Outcome::Rebounded));
-    let [c, g] = [&cpu, &gpu].map(|run| run.rebound_velocity.unwrap());
-    assert!((c - g).abs() < 0.02 * c, "flies back at {g} for {c} m/s");
-    assert!(gpu.history.last().unwrap().time < 1400e-6);
-    ends_with_a_row(&case, &gpu);
+/// Observer that saves a run at given times [s], ascending.
+struct Saved {
+    folder: TempDir,
+    header: Header,
+    times: Vec<f64>,
+    kept: Vec<PathBuf>,
+}
+
+impl Observer for Saved {
+    fn checkpoint_due(&self, time: f64, _: f64) -> bool {
+        self.times.get(self.kept.len()).is_some_and(|due| time >= *due)
+    }
+
+    fn on_checkpoint(&mut self, run: &dyn Checkpointable, _: f64) {
+        let path = self.folder.path().join(self.kept.len().to_string());
+        run.save(&self.header, &[], &mut File::create(&path).unwrap()).unwrap();
+        self.kept.push(path);
+    }
+}
+
+/// Results of a run to its end, and its checkpoints at random times.
+fn saved(device: &Device, case: &Case, count: usize, seed: u64) -> (Run, Saved) {
+    let mut random = Random(seed);
+    let mut times: Vec<f64> = (0..count).map(|_| random.between(0.0, case.solver.end_time)).collect();
+    times.sort_by(f64::total_cmp);
+    let header = Header::new(case, &options(device), 1e-6);
+    let mut saved = Saved { folder: TempDir::new().unwrap(), header, times, kept: Vec::new() };
+    let run = options(device).observe(case, &mut saved).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(saved.kept.len(), count);
+    (sound(case, run), saved)
+}
+
+/// One ply that is met at the edge of the projectile's face too.
+pub(super) fn edges() -> Case {
+    let mut case = ply();
+    case.solver.contact_sampling = ContactSampling::Edges;
+    case.solver.end_time = 14e-6;
+    case.output.profile_times.clear();
+    case
+}
+
+fn resumed(device: &'static Device) -> Outcome {
+    for (case, count, seed) in [(ply(), 14, 21), (pack(), 6, 22), (edges(), 3, 23)] {
+        let whole = result(&case, &run_on(device, &case));
+        assert!(whole.iter().any(|row| row.starts_with("FailureEvent")), "nothing has failed");
+        let (run, saved) = saved(device, &case, count, seed);
+        assert_eq!(result(&case, &run), whole, "to save a run changes nothing");
+        for path in &saved.kept {
+            let checkpoint = Checkpoint::open(path).unwrap_or_else(|e| panic!("{e}"));
+            let resumed = options(device).resume(&checkpoint).run(&case).unwrap_or_else(|e| panic!("{e}"));
+            let resumed = result(&case, &sound(&case, resumed));
+            let other = whole.iter().zip(&resumed).find(|(one, two)| one != two);
+            let step = checkpoint.header().step;
+            assert!(other.is_none() && whole.len() == resumed.len(), "from step {step}: {other:?}");
+        }
+    }
     Ok(())
 }
 
-fn carried(device: &'static Device) -> Outcome {
-    let sets = [
-        "/pack/width_mm=40",
-        "/pack/height_mm=40",
-        "/pack/edges=free",
-        "/pack/elements_per_crossover=1",
-        "/projectile/velocity_m_s=60",
-        "/output/profile_times_us=[]",
-        "/expect=[]",
-        "/solver/end_time_us=1500",
-    ];
-    let case = builtin("cases/s720-1ply-155.json", &sets);
-    let (cpu, gpu) = (run(&case), run_on(device, &case));
-    assert_eq!((gpu.outcome, cpu.outcome), (outcome::Outcome::Stopped, outcome::Outcome::Stopped));
-    for of in [|run: &Run| run.stop_time, |run: &Run| run.carried_velocity] {
-        let [c, g] = [&cpu, &gpu].map(|run| of(run).unwrap());
-        assert!((c - g).abs() < 0.01 * c, "{g} for {c}");
+fn checkpoints(device: &'static Device) -> Outcome {
+    let (case, (_, saved)) = (ply(), saved(device, &ply(), 1, 24));
+    let checkpoint = Checkpoint::open(&saved.kept[0]).map_err(|e| e.to_string())?;
+    let reason = |result: Result<(), RunError>| match result {
+        Err(RunError::Checkpoint(CheckpointError { reason, .. })) => reason,
+        other => panic!("{other:?}"),
+    };
+    let from = |case: &Case, options: Options<'_>| reason(options.resume(&checkpoint).run(case).map(drop));
+    assert!(matches!(from(&case, Options::default()), CheckpointReason::Backend(_)));
+    assert!(matches!(from(&pack(), options(device)), CheckpointReason::Case { .. }));
+    // Behind the hash, sizes are looked at too.
+    let unfit = reason(DeviceSimulation::resume(&pack(), device, &checkpoint).map(drop));
+    assert!(matches!(unfit, CheckpointReason::Contents(_)), "{unfit:?}");
+    let mut simulation = begun(device, &case, Skips::default()).with_batch(10);
+    (0..4).for_each(|_| simulation.advance(&case));
+    simulation.settle(&case);
+    let path = saved.folder.path().join("timed");
+    simulation.save(&saved.header, &[], &mut File::create(&path).unwrap()).unwrap();
+    // Long enough for all that was timed.
+    let before = simulation.into_run(1e9).kernel_seconds;
+    let resumed = DeviceSimulation::resume(&case, device, &Checkpoint::open(&path).unwrap());
+    assert_eq!(resumed.unwrap_or_else(|e| panic!("{e}")).into_run(1e9).kernel_seconds, before);
+    assert_eq!(before.is_empty(), !device.has_clock());
+    Ok(())
+}
+
+/// Two small plies that a projectile goes through, with frames, computed by a program that is killed and goes on.
+fn killed(_: &'static Device) -> Outcome {
+    const KILLS: usize = 4;
+    let mut fabric: Value = serde_json::from_str(case::builtin_fabric("fabrics/s-720.json").unwrap()).unwrap();
+    fabric.as_object_mut().unwrap().remove("sources");
+    let shot = json!({
+        "title": "a small shot",
+        "fabric": fabric,
+        "pack": {"width_mm": 30, "height_mm": 30, "plies": 2},
+        "projectile": {"shape": "cylinder", "diameter_mm": 5.5, "length_mm": 42.1, "mass_g": 3, "velocity_m_s": 600},
+        "solver": {"end_time_us": 120, "run_until": "end_time"},
+        "output": {"history_interval_us": 0.9, "profile_times_us": [3, 40.1], "frames": 41},
+    });
+    let place = TempDir::new().map_err(|e| e.to_string())?;
+    let folder = place.path();
+    fs::write(folder.join("shot.json"), shot.to_string()).map_err(|e| e.to_string())?;
+    let command = |arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_ripstop"));
+        command.current_dir(folder).args(arguments).stdin(Stdio::null()).stderr(Stdio::piped());
+        command
+    };
+    let run = ["run", "shot.json", "--backend", "gpu", "--quiet"];
+    let whole = command(&[&run[..], &["--out", "whole"]].concat()).output().unwrap();
+    assert!(whole.status.success(), "{}", String::from_utf8_lossy(&whole.stderr));
+    let (path, mut random) = (folder.join("out/shot/checkpoint.bin"), Random(12));
+    let (mut file, mut last) = (None, 0.0);
+    for kill in 0..KILLS {
+        let first = [&run[..], &["--checkpoint-every", "2"]].concat();
+        let arguments = if kill == 0 { &first[..] } else { &["resume", "out/shot", "--quiet"] };
+        let mut child = command(arguments).spawn().unwrap();
+        wait_for_another(&path, file);
+        thread::sleep(Duration::from_micros(random.between(0.0, 3e4) as u64));
+        child.kill().unwrap(); // -9
+        assert!(!child.wait().unwrap().success(), "over before kill {kill}: take a longer run");
+        let time = Checkpoint::open(&path).unwrap_or_else(|e| panic!("{e}")).header().time;
+        assert!(time > last, "{time} after {last}");
+        last = time;
+        file = wait_for_another(&path, None);
     }
-    ends_with_a_row(&case, &gpu);
+    assert!(last > 6e-6, "no frame but the first was taken by {last}");
+    let output = command(&["resume", "out/shot"]).output().unwrap();
+    let words = String::from_utf8_lossy(&output.stderr);
+    // A driver may have a word before.
+    let goes_on = words.lines().any(|line| line.starts_with("note: goes on from "));
+    assert!(output.status.success() && goes_on && !words.contains("lost"), "{words}");
+    let read = |folder: &str| -> Vec<(String, Vec<u8>)> { files(&place.path().join(folder)) };
+    same_files(&read("whole"), &read("out/shot"));
+    let summary: Value = serde_json::from_slice(&fs::read(folder.join("whole/summary.json")).unwrap()).unwrap();
+    assert!(summary["backend"] == "gpu" && summary["failed_yarns"]["warp"].as_u64() > Some(10), "{summary}");
+    Ok(())
+}
+
+fn lost(device: &'static Device) -> Outcome {
+    let case = builtin("cases/verify/mirror.json", &["/projectile/velocity_m_s=600"]);
+    let adapter = device::choose(&adapters(), Some(device.name())).map_err(|e| e.to_string())?;
+    let other = Device::open(&adapter).map_err(|e| e.to_string())?;
+    let mut simulation = begun(&other, &case, Skips::WHOLE).with_batch(8);
+    while simulation.steps() < 64 {
+        simulation.advance(&case);
+    }
+    assert!(!simulation.finished());
+    let steps = simulation.steps();
+    other.destroy();
+    let mut more = 0;
+    while !simulation.finished() {
+        simulation.advance(&case);
+        more += 1;
+        assert!(more < 4, "the run goes on without a device");
+    }
+    let run = simulation.into_run(1.0);
+    let reason = run.lost.as_ref().ok_or("nothing was lost")?;
+    assert!(reason.contains(device.name()), "{reason}");
+    assert!(run.divergence.is_none() && !run.interrupted && run.steps >= steps);
+    // The history is that of an undisturbed run up to that time; the device of the other tests is still there.
+    let mut whole = begun(device, &case, Skips::WHOLE).with_batch(8);
+    while whole.steps() < run.steps {
+        whole.advance(&case);
+    }
+    let whole = whole.into_run(1.0);
+    assert!(run.history.len() > 10 && run.history == whole.history[..run.history.len()]);
+    assert!(run.events == whole.events[..run.events.len()]);
     Ok(())
 }

@@ -1,0 +1,277 @@
+//! Plots as SVG: axes, lines, areas and words. Shapes carry classes; their colours are those of the page, or of [`STYLE`] in a file of
+//! its own.
+
+/// Style of plots on white, for files of their own.
+pub(crate) const STYLE: &str = ".grid { stroke: #222; stroke-opacity: 0.1; } .frame { fill: none; stroke: #888; } text { fill: #222; } \
+    .curve { fill: none; stroke: currentColor; stroke-width: 2; } .dashed { stroke-dasharray: 7 4; } .interval { stroke-opacity: 0.45; } \
+    .dot { fill: currentColor; fill-opacity: 0.35; stroke: currentColor; } .bar { fill: currentColor; fill-opacity: 0.6; } \
+    .ink { color: #222; } .k0 { color: #1f5fae; } .k1 { color: #cc5a0a; } .k2 { color: #2a8f7f; } .t0 { color: #a9c9ea; } \
+    .t1 { color: #7fb0de; } .t2 { color: #5593cd; } .t3 { color: #3075b5; } .t4 { color: #185795; } .t5 { color: #07345f; }";
+
+/// Size of a plot; on a phone a unit is a little less than a pixel.
+pub(crate) const SIZE: [f64; 2] = [440.0, 300.0];
+/// Points of a line at most.
+const POINTS: usize = 600;
+
+/// Width of a letter at the size of tick labels.
+const LETTER: f64 = 6.4;
+
+/// An axis over a length on the paper.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Axis {
+    /// Values at the ends.
+    range: [f64; 2],
+    /// Their places on the paper.
+    pub(crate) paper: [f64; 2],
+}
+
+impl Axis {
+    /// An axis whose ticks lie evenly. A range that is none becomes one.
+    pub(crate) fn linear(range: [f64; 2], paper: [f64; 2]) -> Self {
+        let [low, high] = if range[0].is_finite() { range } else { [0.0, range[1]] };
+        let high = if high.is_finite() && high > low { high } else { low + 1.0 };
+        Self { range: [low, high], paper }
+    }
+
+    /// Values at the ends.
+    pub(crate) fn range(&self) -> [f64; 2] {
+        self.range
+    }
+
+    /// Place of a value.
+    pub(crate) fn at(&self, value: f64) -> f64 {
+        let share = (value - self.range[0]) / (self.range[1] - self.range[0]);
+        self.paper[0] + share * (self.paper[1] - self.paper[0])
+    }
+
+    /// Round numbers on the axis: about five, or one, two and five times the powers of ten (powers alone where it is long).
+    pub(crate) fn ticks(&self) -> Vec<f64> {
+        let [low, high] = self.range;
+        let step = round_step((high - low) / 5.0);
+        let count = (low / step).ceil() as i64..=(high / step * (1.0 + 1e-12)).floor() as i64;
+        count.map(|n| n as f64 * step).collect()
+    }
+}
+
+/// One, two or five times a power of ten, at least this.
+fn round_step(least: f64) -> f64 {
+    let power = 10.0_f64.powf(least.log10().floor());
+    [1.0, 2.0, 5.0, 10.0].map(|m| m * power).into_iter().find(|step| *step >= least).unwrap_or(least)
+}
+
+/// Range widened at its upper end to where a tick lies.
+fn rounded_up([low, high]: [f64; 2]) -> [f64; 2] {
+    let span = high - low;
+    if !(span > 0.0 && span.is_finite()) {
+        return [low, high];
+    }
+    let step = round_step(span / 5.0);
+    [low, (high / step).ceil() * step]
+}
+
+/// A tick's label.
+pub(crate) fn label(tick: f64) -> String {
+    if tick != 0.0 && !(1e-4..1e6).contains(&tick.abs()) {
+        return format!("{tick:.0e}").replace('-', "−");
+    }
+    let text = format!("{tick:.6}");
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    if text == "-0" { "0".into() } else { text.replace('-', "−") }
+}
+
+/// Text escaped for XML and HTML, between tags and inside quotes.
+pub(crate) fn escape(text: &str) -> String {
+    let entities = [('&', "&amp;"), ('<', "&lt;"), ('>', "&gt;"), ('"', "&quot;"), ('\'', "&#39;")];
+    entities.into_iter().fold(text.to_owned(), |text, (letter, entity)| text.replace(letter, entity))
+}
+
+/// A figure of a page: a plot with its words.
+#[derive(Clone, Debug)]
+pub(crate) struct Figure {
+    pub(crate) id: String,
+    pub(crate) title: String,
+    /// One or two sentences: what is to be seen.
+    pub(crate) caption: String,
+    /// `None` where there is nothing to show, and the caption says so in a line.
+    pub(crate) plot: Option<Plot>,
+}
+
+impl Figure {
+    pub(crate) fn new(id: &str, title: &str, caption: impl Into<String>, plot: Option<Plot>) -> Self {
+        Self { id: id.to_owned(), title: title.to_owned(), caption: caption.into(), plot }
+    }
+}
+
+/// A plot: two axes, and what lies between them.
+#[derive(Clone, Debug)]
+pub(crate) struct Plot {
+    pub(crate) x: Axis,
+    pub(crate) y: Axis,
+    titles: [String; 2],
+    shapes: String,
+    /// The grid lies over areas, and under all else.
+    has_areas: bool,
+    /// Class and words of each line or area.
+    pub(crate) legend: Vec<(String, String)>,
+    /// Time runs along x: the page marks the playback's time there.
+    pub(crate) over_time: bool,
+}
+
+impl Plot {
+    /// An empty plot with these ranges, the upright one widened to its next tick.
+    pub(crate) fn new(x: [f64; 2], y: [f64; 2], titles: [&str; 2]) -> Self {
+        let x = Axis::linear(x, [64.0, SIZE[0] - 14.0]);
+        let y = Axis::linear(rounded_up(y), [SIZE[1] - 46.0, 12.0]);
+        let titles = titles.map(str::to_owned);
+        Self { x, y, titles, shapes: String::new(), has_areas: false, legend: Vec::new(), over_time: false }
+    }
+
+    /// Adds a line; a name puts it into the legend.
+    pub(crate) fn line(&mut self, class: &str, name: &str, points: &[[f64; 2]]) {
+        let points = thinned(points, POINTS).into_iter();
+        self.shapes += &line(&self.x, &self.y, points, &format!("class=\"curve {class}\""));
+        if !name.is_empty() {
+            self.legend.push((format!("line {class}"), name.to_owned()));
+        }
+    }
+
+    /// Adds an area between two lines.
+    pub(crate) fn area(&mut self, class: &str, points: impl Iterator<Item = [f64; 2]>) {
+        self.has_areas = true;
+        let places = places(&self.x, &self.y, points);
+        self.shapes += &format!("<polygon class=\"area {class}\" points=\"{places}\"/>\n");
+    }
+
+    /// Adds a dot, with words for the pointer.
+    pub(crate) fn dot(&mut self, class: &str, [x, y]: [f64; 2], radius: f64, words: &str) {
+        let ([x, y], words) = ([self.x.at(x), self.y.at(y)], escape(words));
+        let circle = format!("<circle class=\"dot {class}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius:.1}\">");
+        self.shapes += &(circle + &format!("<title>{words}</title></circle>\n"));
+    }
+
+    /// Adds a rectangle, with words for the pointer. `paint`: its attributes.
+    pub(crate) fn bar(&mut self, paint: &str, x: [f64; 2], [low, high]: [f64; 2], words: &str) {
+        let (sides, ends) = (x.map(|x| self.x.at(x)), [high, low].map(|y| self.y.at(y)));
+        self.shapes += &area(sides, ends, paint, &format!("<title>{}</title>", escape(words)));
+    }
+
+    /// Adds words to the legend.
+    pub(crate) fn name(&mut self, class: &str, words: &str) {
+        self.legend.push((class.to_owned(), words.to_owned()));
+    }
+
+    /// Contents of the drawing.
+    pub(crate) fn drawing(&self) -> String {
+        let axes = axes(&self.x, &self.y, self.titles.each_ref().map(String::as_str));
+        if self.has_areas { self.shapes.clone() + &axes } else { axes + &self.shapes }
+    }
+}
+
+/// A file of plots beside each other, under a title and a line of words.
+pub(crate) fn file(title: &str, words: &str, plots: &[Plot]) -> String {
+    let mut out = text(24.0, 28.0, "font-size=\"16\" font-weight=\"bold\"", title) + &text(24.0, 48.0, "", words);
+    for (n, plot) in plots.iter().enumerate() {
+        let across = SIZE[0] * n as f64;
+        out += &format!("<g transform=\"translate({across} 64)\">\n{}", plot.drawing());
+        for (line, (class, name)) in plot.legend.iter().enumerate() {
+            let at = 26.0 + 15.0 * line as f64;
+            let class = class.split_once(' ').map_or("", |(_, class)| class);
+            out += &format!("<line class=\"curve {class}\" x1=\"330\" x2=\"350\" y1=\"{at}\" y2=\"{at}\"/>\n");
+            out += &text(356.0, at + 4.0, "", name);
+        }
+        out += "</g>\n";
+    }
+    svg([SIZE[0] * plots.len().max(1) as f64, SIZE[1] + 72.0], STYLE, &out)
+}
+
+/// A drawing on white.
+pub(crate) fn svg([width, height]: [f64; 2], style: &str, body: &str) -> String {
+    format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\" \
+         font-family=\"sans-serif\" font-size=\"12\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n\
+         <style>{style}</style>\n{body}</svg>\n"
+    )
+}
+
+/// A rectangle on the paper, with what lies inside its element.
+pub(crate) fn area([left, right]: [f64; 2], [top, bottom]: [f64; 2], attributes: &str, inside: &str) -> String {
+    let [width, height] = [right - left, bottom - top];
+    let end = if inside.is_empty() { "/>".to_owned() } else { format!(">{inside}</rect>") };
+    format!("<rect x=\"{left:.1}\" y=\"{top:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" {attributes}{end}\n")
+}
+
+/// Words at a place. `attributes`: class, anchor, size.
+pub(crate) fn text(x: f64, y: f64, attributes: &str, words: &str) -> String {
+    format!("<text x=\"{x:.1}\" y=\"{y:.1}\" {attributes}>{}</text>\n", escape(words))
+}
+
+/// A line through points, those left out that are no numbers.
+pub(crate) fn line(x: &Axis, y: &Axis, points: impl Iterator<Item = [f64; 2]>, attributes: &str) -> String {
+    format!("<polyline points=\"{}\" fill=\"none\" {attributes}/>\n", places(x, y, points))
+}
+
+/// Places on the paper, as SVG writes them.
+fn places(x: &Axis, y: &Axis, points: impl Iterator<Item = [f64; 2]>) -> String {
+    let mut path = String::new();
+    for [px, py] in points.map(|p| [x.at(p[0]), y.at(p[1])]).filter(|p| p[0].is_finite() && p[1].is_finite()) {
+        path += &format!("{px:.1},{py:.1} ");
+    }
+    path.trim_end().to_owned()
+}
+
+/// Points of a line as dense as paper can show: of every few the lowest and the highest.
+fn thinned(points: &[[f64; 2]], most: usize) -> Vec<[f64; 2]> {
+    if points.len() <= most {
+        return points.to_vec();
+    }
+    let size = points.len().div_ceil(most / 2).max(2);
+    let mut out = Vec::with_capacity(most + 2);
+    for part in points.chunks(size) {
+        let extreme = |largest: bool| {
+            let order = |a: &usize, b: &usize| part[*a][1].total_cmp(&part[*b][1]);
+            let at = 0..part.len();
+            if largest { at.max_by(order) } else { at.min_by(order) }.unwrap_or(0)
+        };
+        let (low, high) = (extreme(false), extreme(true));
+        out.push(part[low.min(high)]);
+        out.push(part[low.max(high)]);
+    }
+    if let (Some(first), Some(last)) = (points.first(), points.last()) {
+        out.insert(0, *first);
+        out.push(*last);
+    }
+    out
+}
+
+/// Frame, grid, tick labels and titles.
+pub(crate) fn axes(x: &Axis, y: &Axis, [x_title, y_title]: [&str; 2]) -> String {
+    let [left, right] = x.paper;
+    let [bottom, top] = y.paper;
+    let mut out = String::new();
+    for tick in x.ticks() {
+        let at = x.at(tick);
+        out += &format!("<line class=\"grid\" x1=\"{at:.1}\" x2=\"{at:.1}\" y1=\"{top}\" y2=\"{bottom}\"/>\n");
+        out += &text(at, bottom + 16.0, "class=\"tick\" text-anchor=\"middle\"", &label(tick));
+    }
+    let ticks = y.ticks();
+    for tick in &ticks {
+        let at = y.at(*tick);
+        out += &format!("<line class=\"grid\" x1=\"{left}\" x2=\"{right}\" y1=\"{at:.1}\" y2=\"{at:.1}\"/>\n");
+        out += &text(left - 6.0, at + 4.0, "class=\"tick\" text-anchor=\"end\"", &label(*tick));
+    }
+    let (width, height) = (right - left, bottom - top);
+    out += &format!("<rect class=\"frame\" x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\"/>\n");
+    out += &text(0.5 * (left + right), bottom + 34.0, "class=\"title\" text-anchor=\"middle\"", x_title);
+    let widest = ticks.iter().map(|tick| label(*tick).chars().count()).max().unwrap_or(0) as f64;
+    out + &upright(left - 16.0 - LETTER * widest, 0.5 * (top + bottom), "title", y_title)
+}
+
+/// Words from bottom to top around a place.
+fn upright(x: f64, y: f64, class: &str, words: &str) -> String {
+    let turn = format!("class=\"{class}\" text-anchor=\"middle\" transform=\"rotate(-90 {x:.1} {y:.1})\"");
+    text(x, y, &turn, words)
+}
+
+#[cfg(test)]
+#[path = "plot_tests.rs"]
+mod tests;

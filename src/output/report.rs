@@ -1,0 +1,236 @@
+//! `report.html`: verdict of a run, checks, figures and playback. But for machine and timing, the same run gives the
+//! same bytes.
+
+use maud::{Markup, html};
+use serde_json::Value;
+
+use super::animation::Animation;
+use super::breakage::Breakage;
+use super::checks::{self, Check, Level, checks};
+use super::expect::{Judgement, expected, got, judgement, note, quantity};
+use super::figures;
+use super::number::{fixed, grouped, short};
+use super::page::{figure, page, table};
+use super::plot::Figure;
+use super::summary::{Energies, absorbed_energy, residual_velocity};
+use super::verdict::{symmetry, verdict};
+use super::warnings::assumed_fields;
+use super::{maps, playback};
+use crate::case::{self, Case};
+use crate::run::Run;
+use crate::run::outcome::Outcome;
+
+const SCRIPT: &str = concat!(include_str!("playback.js"), include_str!("values.js"));
+
+/// The page. With an animation of less than two keyframes it has neither playback nor maps.
+pub fn report(case: &Case, run: &Run, summary: &Value, animation: &Animation) -> String {
+    let animation = animation.shown();
+    let animation = Some(&animation).filter(|animation| animation.keyframes.len() > 1);
+    let checks = checks(case, run);
+    let strikes = case.projectile.is_some();
+    let figures: [Option<Figure>; 8] = [
+        strikes.then(|| figures::velocity(run)),
+        strikes.then(|| figures::force(run)),
+        animation.and_then(figures::deflection),
+        Some(figures::energy(run)),
+        figures::plies(run),
+        Some(figures::failures(case, run)),
+        figures::profiles(case, run, animation),
+        figures::unit_cell(case),
+    ];
+    let body = html! {
+        (header(case, run, &checks))
+        @if let Some(animation) = animation { (playback::player(case, animation)) }
+        section id="plots" {
+            h2 { "The shot in figures" }
+            div class="plots" {
+                @for one in figures.iter().flatten() { (figure(one)) }
+                @if let Some(animation) = animation { (maps::maps(animation, run)) }
+            }
+        }
+        (trust(&checks, summary))
+        (energy(run))
+        (fields(case))
+        (machine(run, summary))
+        p class="note" { "Files beside this page: summary.json, history.csv, events.csv, case.json." }
+    };
+    page(&case.title, SCRIPT, &body)
+}
+
+/// Verdict, its numbers, and whether to trust it.
+fn header(case: &Case, run: &Run, checks: &[Check]) -> Markup {
+    let verdict = verdict(case, run);
+    let class = if verdict.complete { run.outcome.word() } else { "broken-off" };
+    let (level, why) = checks::advice(checks);
+    let (assumed, fields) = (assumed_fields(case).count(), case.fields.len());
+    html! {
+        header {
+            p class="over" { (case.title) }
+            h1 class={ "verdict " (class) } { (verdict.word) }
+            p class="story" { (capital(&verdict.detail)) "." }
+            dl class="figures" {
+                @for (name, number, more) in numbers(case, run) { div { dt { (name) } dd { (number) " " small { (more) } } } }
+            }
+            p class={ "answer " (level.word()) } {
+                // A mark for those who do not see colours.
+                b { span aria-hidden="true" { (["✓", "▲", "✕"][level as usize]) } " " (capital(level.advice())) ":" } " "
+                @if level == Level::Fine { "all " (checks.len()) " checks are fine." }
+                @else { (why.iter().map(|check| check.name).collect::<Vec<_>>().join(", ")) "." }
+                br;
+                span {
+                    @if assumed == 0 { "Every parameter has a published or measured source." }
+                    @else { (assumed) " of " (fields) " parameters are assumed, not published: the answer is as good as they are." }
+                }
+                " " a href="#trust" { "Why" }
+            }
+        }
+    }
+}
+
+fn capital(word: &str) -> String {
+    let (first, rest) = word.split_at(1);
+    first.to_uppercase() + rest
+}
+
+/// Name and number, and more on it.
+fn numbers(case: &Case, run: &Run) -> Vec<(&'static str, String, String)> {
+    let mut all = Vec::new();
+    if let (Some(projectile), Some(left)) = (&case.projectile, residual_velocity(case, run)) {
+        let name = if run.outcome == Outcome::Perforated { "leaves at" } else { "velocity left" };
+        let struck = format!("of {} m/s", short(projectile.velocity, 4));
+        let more = [("rebound velocity", run.rebound_velocity), ("carried along at", run.carried_velocity)];
+        let more = more.into_iter().filter_map(|(name, speed)| Some((name, speed?)));
+        all.extend(
+            [(name, left)]
+                .into_iter()
+                .chain(more)
+                .map(|(name, v)| (name, format!("{} m/s", short(v, 3)), struck.clone())),
+        );
+    }
+    if run.impact_energy > 0.0 {
+        let absorbed = absorbed_energy(run);
+        let share =
+            format!("{} % of {} J", fixed(100.0 * absorbed / run.impact_energy, 0), short(run.impact_energy, 3));
+        all.push(("energy absorbed", format!("{} J", short(absorbed, 3)), share));
+    }
+    all.push(("largest deflection", format!("{} mm", short(run.deflection() * 1e3, 3)), String::new()));
+    let broken = Breakage::of(case, run);
+    let [pieces, at_hit] = [broken.pieces(), broken.at_hit].map(|count| grouped(count as u64));
+    let places = if broken.pieces() > 0 { format!("in {pieces} places, {at_hit} at the hit") } else { String::new() };
+    all.push(("yarns broken", grouped(broken.yarns.iter().sum::<usize>() as u64), places));
+    if run.plies > 1 {
+        let through = run.history.last().map_or(0, |row| row.perforated_plies);
+        all.push(("plies perforated", format!("{through} of {}", run.plies), String::new()));
+    }
+    all
+}
+
+/// A word with the colour of a level.
+fn level(class: &str, word: &str) -> Markup {
+    html! { span class={ "level " (class) } { (word) } }
+}
+
+fn cell(text: impl AsRef<str>) -> Markup {
+    html! { (text.as_ref()) }
+}
+
+/// Checks with their reasons, and expectations of the case.
+fn trust(checks: &[Check], summary: &Value) -> Markup {
+    let row = |check: &Check| {
+        let level = level(check.level.word(), check.level.advice());
+        vec![cell(check.name), cell(&check.value), level, cell(&check.reason)]
+    };
+    let expect: Vec<&Value> = summary["expect"].as_array().into_iter().flatten().collect();
+    let expected_row = |check: &&Value| {
+        let (class, word) = match judgement(check) {
+            Judgement::Holds => ("fine", "holds"),
+            Judgement::Known => ("bad", "known difference"),
+            Judgement::Fails => ("bad", "fails"),
+        };
+        let found = format!("{}, expected {}", got(check), expected(check));
+        let why = format!("{} {}", check["source"].as_str().unwrap_or_default(), note(check));
+        vec![cell(quantity(check)), cell(found), level(class, word), cell(why.trim())]
+    };
+    html! {
+        section id="trust" {
+            h2 { "Is this run to be trusted?" }
+            (table("signs", &["check", "found", "level", "why"], checks.iter().map(row)))
+            @if !expect.is_empty() {
+                h3 { "What the case expects" }
+                (table("signs", &[], expect.iter().map(expected_row)))
+            }
+        }
+    }
+}
+
+/// Energies at the end.
+fn energy(run: &Run) -> Markup {
+    let Some(energies) = Energies::of(run) else { return Markup::default() };
+    let row =
+        |(name, energy): &(&str, f64)| vec![cell(name), cell(energies.text(*energy)), cell(energies.percent(*energy))];
+    html! {
+        section id="spent" {
+            h2 { "Where the energy went" }
+            (table("signs", &["given to the fabric", &energies.text(energies.given), ""], energies.shares.iter().map(row)))
+        }
+    }
+}
+
+/// Fields of the case, as `ripstop check` lists them, those that are assumed marked.
+fn fields(case: &Case) -> Markup {
+    let mesh = case::mesh(case);
+    // A narrow column may break a pointer between its words.
+    let pointer = |pointer: &str| {
+        let words: Vec<&str> = pointer.split_inclusive(['/', '_']).collect();
+        html! { @for (n, word) in words.iter().enumerate() { @if n > 1 { wbr; } (word) } }
+    };
+    let row = |field: &case::Field| {
+        let name = html! { @if field.assumed { "* " } code { (pointer(&field.pointer)) } };
+        let source = html! { @if field.assumed { b { (field.source) } } @else { (field.source) } };
+        vec![name, cell(field.with_unit()), cell(field.origin.word()), source]
+    };
+    html! {
+        section id="case" {
+            h2 { "The case as read" }
+            p { @for (n, line) in mesh.lines().enumerate() { @if n > 0 { br; } (line) } }
+            p {
+                (assumed_fields(case).count()) " of " (case.fields.len()) " fields are assumed: the paper does not publish them, nor does \
+                another source that the case names. Vary those that matter with " code { "--set" } " and see how far the answer moves."
+            }
+            details {
+                summary { "All " (case.fields.len()) " fields" }
+                p class="note" { "Fields marked * are assumed. " code { "case.json" } " beside this page computes the same again." }
+                (table("fields", &["field", "value", "origin", "source"], case.fields.iter().map(row)))
+            }
+        }
+    }
+}
+
+/// Machine and timing.
+fn machine(run: &Run, summary: &Value) -> Markup {
+    let text = |key: &str| summary[key].as_str().unwrap_or_default();
+    let element_steps = run.elements as u64 * run.steps;
+    let share = 100.0 * run.element_steps_computed as f64 / element_steps.max(1) as f64;
+    let device = run.adapter.clone().unwrap_or_else(|| format!("{} threads", run.threads));
+    let [elements, steps] = [run.elements as u64, run.steps].map(grouped);
+    let wall = short(summary["wall_s"].as_f64().unwrap_or(0.0), 3);
+    let kernel = |(name, seconds): &(&str, f64)| format!("{name} {} %", fixed(100.0 * seconds / run.loop_seconds, 0));
+    let rows = [
+        ("ripstop", format!("{}, case hash {}", text("version"), text("case_hash"))),
+        ("computed on", format!("{}, {device}, {}", run.backend, run.precision)),
+        ("time step", format!("{} µs, set by: {}", short(run.time_step * 1e6, 5), run.step_set_by)),
+        ("work", format!("{elements} elements × {steps} steps, {} % of it computed", fixed(share, 1))),
+        ("symmetry", symmetry(run.planes)),
+        ("switched off", run.skips.switched_off().join(", ")),
+        ("time", format!("{wall} s, of which the loop {} s", short(run.loop_seconds, 3))),
+        ("speed", format!("{} M element-steps/s", short(element_steps as f64 / run.loop_seconds / 1e6, 3))),
+        ("of the loop", run.kernel_seconds.iter().map(kernel).collect::<Vec<_>>().join(", ")),
+    ];
+    let rows = rows.into_iter().filter(|row| !row.1.is_empty());
+    html! {
+        section id="machine" {
+            h2 { "Machine and timing" }
+            (table("signs", &[], rows.map(|(name, value)| vec![cell(name), cell(value)])))
+        }
+    }
+}

@@ -1,0 +1,238 @@
+//! `new`, `check`, `info`, `schema`, `crossover`, `bench`, `verify` and `completions`.
+
+use ripstop::output::checks::case_warnings;
+use ripstop::study::verify::CASES;
+
+use super::*;
+
+/// Every projectile or fabric that `new` knows.
+fn known(bench: &Bench, flag: &str) -> Vec<String> {
+    let text = stderr(&bench.ripstop(&["new", "x.json", "--force", flag, "no such thing"]));
+    let line = text.lines().find(|line| line.contains("expected:")).unwrap();
+    let names = line.split_once("expected: ").unwrap().1.split_once(", or").unwrap().0;
+    names.split(", ").map(str::to_owned).collect()
+}
+
+#[test]
+fn every_name_gives_a_valid_case_whose_mass_is_that_of_its_steel() {
+    let bench = Bench::new(&small());
+    let validator = jsonschema::draft202012::new(&case::schema()).unwrap();
+    let projectiles = known(&bench, "--projectile");
+    assert!(projectiles.len() > 8 && projectiles.iter().any(|name| name == "fsp-22"), "{projectiles:?}");
+    let sized = ["sphere:6.35", "ball:5", "rcc:5.5", "cylinder:5.5x8"].map(str::to_owned);
+    for projectile in projectiles.into_iter().chain(sized) {
+        for fabric in known(&bench, "--fabric") {
+            let named = ["new", "x.json", "--force", "--fabric", &fabric, "--projectile", &projectile];
+            let output = bench.ripstop(&[&named[..], &["--plies", "2", "--velocity", "321.5"]].concat());
+            assert_eq!(code(&output), 0, "{}", stderr(&output));
+            let value = bench.json("x.json");
+            assert!(validator.is_valid(&value), "{projectile}, {fabric}");
+            assert_eq!(bench.json(value["$schema"].as_str().unwrap()), case::schema());
+            let case = case::read(&bench.path("x.json"), &[]).unwrap();
+            assert!(case_warnings(&case).iter().all(|warning| warning.kind.code != "W7"), "{projectile}");
+            let body = case.projectile.unwrap();
+            assert_eq!((case.pack.plies, body.velocity), (2, 321.5));
+            let density = body.mass / body.shape.volume();
+            // The paper's cylinder is hollow.
+            assert!(projectile == "rcc-paper" || (density / 7850.0 - 1.0).abs() < 0.01, "{projectile}: {density}");
+        }
+    }
+}
+
+#[test]
+fn a_fabric_from_a_file_comes_with_its_sources() {
+    let bench = Bench::new(&small());
+    let text = case::builtin_fabric("fabrics/s-728.json").unwrap().replace("\"S-728\"", "\"Mine\"");
+    fs::write(bench.path("mine.json"), text).unwrap();
+    let output = bench.ripstop(&["new", "x.json", "--fabric", "mine.json"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let case = case::read(&bench.path("x.json"), &[]).unwrap();
+    assert_eq!(case.title, "Mine, 1 ply, RCC at 200 m/s");
+    let crimp = case.fields.iter().find(|field| field.pointer == "/fabric/warp/crimp").unwrap();
+    assert!(crimp.assumed && crimp.source.contains("Table I"), "{crimp:?}");
+}
+
+#[test]
+fn check_prints_every_field_and_what_follows_and_refuses_bad_cases() {
+    let bench = Bench::new(&small());
+    let output = bench.ripstop(&["check", "absent.json", "shot.json", "shot.json"]);
+    assert_eq!((code(&output), stderr(&output).matches("error: absent.json").count()), (2, 1));
+    let text = stdout(&output);
+    assert_eq!(text.matches("/pack/width_mm").count(), 2);
+    for field in &case::from_str("shot.json", &small().to_string(), &[]).unwrap().fields {
+        assert!(text.contains(&field.pointer) && text.contains(&field.value), "{}", field.pointer);
+    }
+    let mirrored = "a quarter, mirrored at x = 0 and y = 0";
+    for part in ["critical time step", "set by:", "steps", "element-steps", "memory", "elements", "576", mirrored] {
+        assert!(text.contains(part), "{part} in\n{text}");
+    }
+    assert_eq!(bench.names("."), ["shot.json"]);
+}
+
+#[test]
+fn info_and_schema_say_what_the_machine_has_and_what_a_case_needs() {
+    let bench = Bench::new(&small());
+    let machine = stdout(&bench.ripstop(&["info"]));
+    for part in ["threads", "SIMD", "memory", "backend cpu", "f64 or f32", "auto chooses"] {
+        assert!(machine.contains(part), "{part} in\n{machine}");
+    }
+    let scene = stdout(&bench.ripstop(&["info", "shot.json"]));
+    let features = ["law", "compression", "shear", "hourglass", "failure", "projectile", "friction", "rotation"];
+    for part in features.into_iter().chain(["a small shot", "device memory", "projectile_contact"]) {
+        assert!(scene.contains(part), "{part} in\n{scene}");
+    }
+    let mut case = small();
+    case.as_object_mut().unwrap().remove("projectile");
+    fs::write(bench.path("without.json"), case.to_string()).unwrap();
+    let scene = stdout(&bench.ripstop(&["info", "without.json"]));
+    assert!(scene.contains("element_force, node_update, energy_balance"), "{scene}");
+    let schema: Value = serde_json::from_str(&stdout(&bench.ripstop(&["schema"]))).unwrap();
+    jsonschema::draft202012::meta::validate(&schema).unwrap();
+    let schema = jsonschema::draft202012::new(&schema).unwrap();
+    assert!(schema.is_valid(&small()) && !schema.is_valid(&small_with("/pack/plies", json!("many"))));
+}
+
+/// The rigid S-720, as printed to half a unit of the last digit.
+#[test]
+fn crossover_meets_the_published_numbers_of_every_law_in_every_form() {
+    let bench = Bench::new(&small_with("/fabric/crossover/compression", json!("rigid")));
+    let solve = |more: &[&str]| stdout(&bench.ripstop(&[&["crossover", "shot.json"], more].concat()));
+    let solve_json = |more: &[&str]| -> Value { serde_json::from_str(&solve(&[more, &["--json"]].concat())).unwrap() };
+    let at = ["--warp-stretch", "1.010", "--weft-stretch", "1"];
+    let near = |value: &Value, expected: f64| {
+        let half_a_digit = if expected < 1.0 { 5.1e-7 } else { 5.1e-5 };
+        assert!((value.as_f64().unwrap() - expected).abs() <= half_a_digit, "{value} {expected}");
+    };
+    let point = solve_json(&at)["points"][0].clone();
+    let contract = "warp_stretch weft_stretch warp_tension_n weft_tension_n contact_force_n warp_height_mm weft_height_mm \
+                    warp_strain weft_strain iterations residual";
+    let keys: Vec<&str> = point.as_object().unwrap().keys().map(String::as_str).collect();
+    assert_eq!(keys.join(" "), contract);
+    near(&point["warp_height_mm"], 0.105521);
+    near(&point["weft_height_mm"], 0.110638);
+    near(&point["weft_tension_n"], 47.4183);
+    assert!(point["iterations"].is_u64() && point["residual"].as_f64().unwrap() < 1e-6);
+    for (law, warp, force) in
+        [("published", 50.0251, 25.0347), ("variational", 50.0444, 19.8285), ("kawabata", 50.0246, 17.9505)]
+    {
+        let solved = solve_json(&[&at[..], &["--law", law]].concat());
+        assert_eq!(solved["law"], law);
+        near(&solved["points"][0]["warp_tension_n"], warp);
+        near(&solved["points"][0]["contact_force_n"], force);
+    }
+    let grid = ["--warp-stretch", "1:1.04:3", "--weft-stretch", "0.99:1.01:2"];
+    let solved = solve_json(&grid);
+    let points = solved["points"].as_array().unwrap();
+    let stretch = |point: &Value| ["warp_stretch", "weft_stretch"].map(|key| point[key].as_f64().unwrap());
+    let stretches: Vec<[f64; 2]> = points.iter().map(stretch).collect();
+    assert_eq!(stretches, [[1.0, 0.99], [1.0, 1.01], [1.02, 0.99], [1.02, 1.01], [1.04, 0.99], [1.04, 1.01]]);
+    let csv = solve(&[&grid[..], &["--csv"]].concat());
+    let tension: f64 = csv.lines().nth(6).unwrap().split(',').nth(2).unwrap().parse().unwrap();
+    assert_eq!((csv.lines().count(), tension), (7, points[5]["warp_tension_n"].as_f64().unwrap()));
+    let table = solve(&grid);
+    assert!(table.contains("published law") && table.lines().count() >= 8, "{table}");
+}
+
+/// Time and error of a choice.
+fn point(choice: &Value) -> [f64; 2] {
+    ["loop_s", "velocity_error_percent"].map(|key| choice[key].as_f64().unwrap())
+}
+
+#[test]
+fn bench_measures_every_choice_and_marks_what_nothing_beats() {
+    let bench = Bench::new(&small());
+    let asked = ["bench", "shot.json", "--backend", "cpu", "--threads", "1", "--repeat", "2", "--tolerance", "50%"];
+    let output = bench.ripstop(&[&asked[..], &["--json"]].concat());
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    assert_eq!(bench.names("out/bench"), ["bench.json"]);
+    let report = bench.json("out/bench/bench.json");
+    assert_eq!(report, serde_json::from_str::<Value>(&stdout(&output)).unwrap());
+    assert_eq!((&report["threads"], &report["repeat"], &report["adapter"]), (&json!(1), &json!(2), &Value::Null));
+    let case = &report["cases"][0];
+    let reference = &case["reference"];
+    assert_eq!((&reference["courant"], &reference["precision"]), (&json!(0.25), &json!("f64")));
+    let scatter = reference["scatter_percent"].as_f64().unwrap();
+    assert!(0.0 < scatter && scatter < 5.0, "{scatter}");
+    let choices = case["choices"].as_array().unwrap();
+    for one in choices {
+        let [time, error] = point(one);
+        assert!(time > 0.0 && error > 0.0 && error.is_finite(), "{one:#}");
+        assert_eq!(one["loop_s_of_each_run"].as_array().unwrap().len(), 2);
+        let beats = |other: [f64; 2]| other[0] <= time && other[1] <= error && other != [time, error];
+        assert_eq!(one["on_front"], json!(!choices.iter().map(point).any(beats)), "{one:#}");
+        let end = one["end_error_percent"].as_f64().unwrap();
+        assert_eq!(one["within_tolerance"], json!(one["same_outcome"] == true && error <= 50.0 && end <= 50.0));
+    }
+    let named = |name: &str| choices.iter().find(|one| one["name"].as_str().unwrap().starts_with(name)).unwrap();
+    let error = |name: &str| point(named(name))[1];
+    assert!(error("mesh 4") > error("mesh 2") && error("mesh 2") > error("default"));
+    // Skips change nothing, single precision next to nothing.
+    assert_eq!(error("no skip"), error("no symmetry"));
+    assert!((error("no symmetry") / error("default") - 1.0).abs() < 1e-6);
+    assert!((error("f32") / error("default") - 1.0).abs() < 0.2);
+    let within = choices.iter().filter(|one| one["within_tolerance"] == true);
+    let cheapest = within.min_by(|a, b| point(a)[0].total_cmp(&point(b)[0])).unwrap();
+    assert_eq!(case["cheapest_within_tolerance"], cheapest["name"]);
+}
+
+#[test]
+fn bench_has_the_paper_s_shot_built_in_and_leaves_out_meshes_that_do_not_divide() {
+    let bench = Bench::new(&small());
+    let shrunk = ["/pack/width_mm=17.8", "/pack/height_mm=17.8", "/solver/end_time_us=3"];
+    let mut arguments = vec!["bench", "--backend", "cpu", "--out", "here", "--tolerance", "0.000001"];
+    arguments.extend(shrunk.iter().flat_map(|set| ["--set", set]));
+    let output = bench.ripstop(&arguments);
+    assert_eq!((code(&output), stderr(&output)), (0, String::new()));
+    for part in [
+        "Kevlar 129 S-720, 1 ply, RCC at 155 m/s",
+        "reference: CPU, f64, Courant 0.25",
+        "left out: mesh 4: 14 crossovers along the warp do not divide by 4",
+        "no choice has the reference's outcome and velocities and end within 0.0001 %",
+        "files  here: bench.json",
+    ] {
+        assert!(stdout(&output).contains(part), "{part} in\n{}", stdout(&output));
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn bench_ends_at_ctrl_c_with_what_was_measured() {
+    let bench = Bench::new(&small());
+    let arguments = ["bench", "shot.json", "--backend", "cpu", "--repeat", "1000", "--quiet"];
+    let output = bench.interrupt(&arguments, "out/bench");
+    assert_eq!(code(&output), 130, "{}", stderr(&output));
+    let report = bench.json("out/bench/bench.json");
+    assert_eq!((&report["interrupted"], &report["cases"][0]["interrupted"]), (&json!(true), &json!(true)));
+}
+
+#[test]
+fn verify_has_a_row_for_each_expectation_of_each_case() {
+    let bench = Bench::new(&small());
+    let output = bench.ripstop(&["verify", "--backend", "cpu", "--precision", "f32", "--json"]);
+    assert_eq!((code(&output), stderr(&output)), (0, String::new()));
+    let report: Value = serde_json::from_str(&stdout(&output)).unwrap();
+    let rows = report["rows"].as_array().unwrap();
+    assert!(report["pass"] == true && rows.iter().all(|row| row["pass"] == true && !row["got"].is_null()), "{rows:#?}");
+    let quantities = |rows: &[&Value]| rows.iter().map(|row| row["quantity"].clone()).collect::<Vec<_>>();
+    for (name, text) in CASES {
+        let case: Value = serde_json::from_str(text).unwrap();
+        let of_case: Vec<&Value> = rows.iter().filter(|row| row["name"] == *name).collect();
+        let stated: Vec<&Value> = case["expect"].as_array().unwrap().iter().collect();
+        assert_eq!(quantities(&of_case), quantities(&stated), "{name}");
+    }
+}
+
+#[test]
+fn every_shell_gets_a_script_that_knows_every_command() {
+    let bench = Bench::new(&small());
+    let help = stdout(&bench.ripstop(&["--help"]));
+    let commands = help.lines().skip_while(|line| !line.starts_with("Commands:")).skip(1);
+    // Two blanks and a name; lines that only go on with a text are indented further.
+    let named = commands.take_while(|line| !line.is_empty()).filter(|line| !line.starts_with("   "));
+    let commands: Vec<&str> = named.filter_map(|line| line.split_whitespace().next()).collect();
+    assert!(commands.len() > 10 && commands.contains(&"explain"), "{commands:?}");
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let script = stdout(&bench.ripstop(&["completions", shell]));
+        commands.iter().for_each(|command| assert!(script.contains(command), "{command} for {shell}"));
+    }
+}

@@ -1,0 +1,247 @@
+//! Text for people: the result, warnings and their explanations, colour and the bar at a terminal, the log.
+
+use ripstop::output::checks::{self, checks};
+use ripstop::output::warnings::{self, KINDS, Warning};
+
+use super::*;
+
+/// Text without colours: ESC [ … m.
+fn without_colour(text: &str) -> String {
+    let mut parts = text.split("\u{1b}[");
+    let first = parts.next().unwrap_or_default().to_owned();
+    parts.fold(first, |all, part| all + part.split_once('m').map_or("", |(_, rest)| rest))
+}
+
+#[test]
+fn the_table_begins_with_the_verdict_and_holds_what_a_reader_asks_for() {
+    let bench = Bench::new(&small_with("/expect", json!([{"quantity": "elements", "min": 1, "source": "t"}])));
+    let text = stdout(&bench.shoot(&["--frames", "5", "--no-skip=outcome"]));
+    let verdict = text.lines().filter(|line| !line.is_empty()).nth(1).unwrap();
+    assert!(verdict.starts_with("UNDECIDED at 10") && verdict.contains("struck at 600 m/s"), "{verdict}");
+    for part in [
+        "lost by the projectile",
+        "of 540",
+        "fabric, kinetic",
+        "hourglass",
+        "contact",
+        "friction",
+        "yarn failure",
+        "unaccounted",
+        "energy gained",
+        "work balance",
+        "momentum error",
+        "hourglass / internal",
+        "fabric inside the projectile",
+        "unit cells unsolved",
+        "assumed parameters",
+        "/fabric/crossover/gap_mm",
+        "576 elements",
+        "a quarter, mirrored at x = 0 and y = 0",
+        "not skipped  outcome",
+        "set by:",
+        "element-steps/s",
+        "cpu",
+        "pass  elements",
+        "out/shot",
+        "history.csv",
+        "frames.pvd",
+    ] {
+        assert!(text.contains(part), "{part} in\n{text}");
+    }
+    let output = bench.shoot(&["--json", "--precision", "f32"]);
+    assert_eq!((stdout(&output), stderr(&output)), (bench.text("out/shot/summary.json"), String::new()));
+    assert_eq!(bench.json("out/shot/summary.json")["precision"], "f32");
+}
+
+#[test]
+fn a_reader_that_goes_away_is_no_error() {
+    let bench = Bench::new(&small());
+    for arguments in [&["schema"][..], &["check", "shot.json"], &["run", "shot.json", "--backend", "cpu"]] {
+        let mut child = bench.command(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        drop(child.stdout.take());
+        let output = child.wait_with_output().unwrap();
+        assert_eq!((code(&output), stderr(&output)), (0, String::new()), "{arguments:?}");
+    }
+}
+
+#[test]
+fn colour_where_it_is_asked_for_changes_nothing_but_colour() {
+    let bench = Bench::new(&small_with("/expect", json!([{"quantity": "elements", "min": 1, "source": "t"}])));
+    let forced = |arguments: &[&str]| bench.command(arguments).env("CLICOLOR_FORCE", "1").output().unwrap();
+    for arguments in [&["explain"][..], &["explain", "W3"], &["check", "shot.json"], &["check", "absent.json"]] {
+        let (plain, painted) = (bench.ripstop(arguments), forced(arguments));
+        assert!(stdout(&painted).contains('\u{1b}') || stderr(&painted).contains('\u{1b}'), "{arguments:?}");
+        for (plain, painted) in [(stdout(&plain), stdout(&painted)), (stderr(&plain), stderr(&painted))] {
+            assert!(!plain.contains('\u{1b}'), "{plain}");
+            assert_eq!(without_colour(&painted), plain, "{arguments:?}");
+        }
+    }
+    let run = ["run", "shot.json", "--backend", "cpu"];
+    let plain = stdout(&bench.ripstop(&run));
+    assert!(plain.contains("pass  elements") && !plain.contains('\u{1b}'), "{plain}");
+    assert!(stdout(&forced(&run)).contains("\u{1b}[32mpass"), "{}", stdout(&forced(&run)));
+    let json = forced(&[&run[..], &["--json"]].concat());
+    assert!(!stdout(&json).contains('\u{1b}'), "{}", stdout(&json));
+}
+
+/// Text that a program shows on a terminal of 100 columns, made by `script` of util-linux.
+#[cfg(target_os = "linux")]
+fn on_a_terminal(bench: &Bench, arguments: &str, environment: &str) -> String {
+    let program = env!("CARGO_BIN_EXE_ripstop");
+    let line = format!("stty cols 100 rows 40; {environment} {program} {arguments}");
+    let command = bench.command(&[]);
+    let mut script = Command::new("script");
+    script.args(["-qec", &line, "/dev/null"]).current_dir(bench.folder.path()).stdin(Stdio::null());
+    script.envs(command.get_envs().filter_map(|(name, value)| Some((name, value?)))).env("TERM", "xterm");
+    script.env_remove("NO_COLOR").env_remove("CLICOLOR").env_remove("CLICOLOR_FORCE");
+    stdout(&script.output().unwrap())
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_terminal_shows_bar_and_colour_unless_they_are_not_wanted() {
+    // Long enough for the bar to be drawn, ten times a second.
+    let mut case = small_with("/solver/end_time_us", json!(1500));
+    case["solver"]["run_until"] = json!("end_time");
+    let bench = Bench::new(&case);
+    let run = "run shot.json --backend cpu --threads 1";
+    let shown = on_a_terminal(&bench, run, "");
+    for part in ["/1500 µs", " m/s", " failed", " M/s", " left", "\u{1b}[1m", "PERFORATED"] {
+        assert!(shown.contains(part), "{part:?} in\n{shown:?}");
+    }
+    for off in ["NO_COLOR=1", "CLICOLOR=0"] {
+        let grey = on_a_terminal(&bench, run, off);
+        assert!(grey.contains(" left") && grey.contains("PERFORATED"), "{grey:?}");
+        let codes = grey.split("\u{1b}[").skip(1).filter_map(|part| part.split_once('m')).map(|(code, _)| code);
+        let is_colour = |code: &&str| !code.is_empty() && code.chars().all(|c| c.is_ascii_digit() || c == ';');
+        assert_eq!(codes.filter(is_colour).count(), 0, "{off}: {grey:?}");
+    }
+    assert_eq!(on_a_terminal(&bench, &format!("{run} --quiet"), ""), "");
+}
+
+#[test]
+fn verbose_tells_the_story_of_a_run_and_leaves_standard_output_alone() {
+    let bench = Bench::new(&small());
+    let verbose = bench.shoot(&["--json", "-v"]);
+    let log = stderr(&verbose);
+    let mut rest = log.as_str();
+    for part in [
+        "case read",
+        "backend chosen",
+        "model built",
+        "first contact",
+        "first yarn failed",
+        "loop ended",
+        "files written",
+    ] {
+        let at = rest.find(part).unwrap_or_else(|| panic!("{part} after what comes before it in\n{log}"));
+        rest = &rest[at + part.len()..];
+    }
+    assert!(log.contains("run{case=\"shot\"}") && log.contains("INFO") && !log.contains('\u{1b}'), "{log}");
+    assert_eq!(stdout(&verbose), bench.text("out/shot/summary.json"));
+    let with = |filter: &str| {
+        bench.command(&["run", "shot.json", "--backend", "cpu", "--quiet"]).env("RIPSTOP_LOG", filter).output().unwrap()
+    };
+    let part = stderr(&with("ripstop::run::record=info"));
+    assert!(part.contains("first contact") && !part.contains("case read"), "{part}");
+    assert_eq!(stderr(&with("")), "");
+    let wrong = with("ripstop=loud");
+    assert_eq!(code(&wrong), 2);
+    assert!(stderr(&wrong).starts_with("error: RIPSTOP_LOG") && stderr(&wrong).contains("loud"), "{}", stderr(&wrong));
+}
+
+fn codes(warnings: &[Warning]) -> Vec<&'static str> {
+    warnings.iter().map(|warning| warning.kind.code).collect()
+}
+
+#[test]
+fn a_run_is_warned_of_above_each_threshold_and_not_at_it() {
+    let (mut case, run) = run(&small_with("/solver/end_time_us", json!(2)));
+    case.fields.clear();
+    let diagonal = case.pack.element_length_x.hypot(case.pack.element_length_y);
+    type Set = fn(&mut Run, f64);
+    let set: [(&str, f64, Set); 4] = [
+        ("W2", checks::ENERGY_LIMIT, |run, value| run.energy_error = value),
+        ("W3", checks::HOURGLASS_LIMIT, |run, value| run.hourglass_fraction = value),
+        ("W4", 0.5 * diagonal, |run, value| run.max_penetration = value),
+        ("W4", case.fabric.thickness, |run, value| run.max_ply_penetration = value),
+    ];
+    for (code, limit, set) in set {
+        let with = |value: f64| {
+            let mut run = run.clone();
+            set(&mut run, value);
+            checks::warnings(&case, &checks(&case, &run))
+        };
+        assert_eq!(codes(&with(limit)), [""; 0], "{code} at its limit");
+        let above = with(limit * 1.001);
+        assert_eq!(codes(&above), [code]);
+        assert!((above[0].value / above[0].limit - 1.001).abs() < 1e-9, "{:?}", above[0]);
+        assert_eq!(codes(&with(f64::NAN)), [code], "no number is no good number");
+    }
+}
+
+#[test]
+fn warnings_of_a_case_are_shown_by_check_and_by_the_run() {
+    let bench = Bench::new(&small_with("/solver/end_time_us", json!(2)));
+    let assumed = warnings::assumed_fields(&run(&small()).0).count();
+    for (set, expected) in [
+        ("/projectile/diameter_mm=3.9", &["W1"][..]),
+        ("/projectile/diameter_mm=3.7", &["W1", "W6"]), // three elements are 3.81 mm
+        ("/projectile/mass_g=0.3", &["W1", "W7"]),      // 300 kg/m³
+        ("/projectile/mass_g=30", &["W1", "W7"]),
+        ("/projectile/density_kg_m3=2700", &["W1", "W7"]), // the mass given is a tenth more
+        ("/projectile/density_kg_m3=2950", &["W1"]),
+        ("/pack/crossovers_per_element=2", &["W1", "W5", "W6"]),
+    ] {
+        let text = stdout(&bench.ripstop(&["check", "shot.json", "--set", set]));
+        let output = bench.shoot(&["--set", set, "--out", "out/shot"]);
+        assert_eq!((code(&output), stderr(&output)), (0, String::new()));
+        let summary = bench.json("out/shot/summary.json");
+        let listed = summary["warnings"].as_array().unwrap();
+        let codes: Vec<&str> = listed.iter().map(|warning| warning["code"].as_str().unwrap()).collect();
+        assert_eq!((codes, &listed[0]["value"]), (expected.to_vec(), &json!(assumed as f64)), "{set}");
+        for warning in listed {
+            let keys: Vec<&String> = warning.as_object().unwrap().keys().collect();
+            assert_eq!(keys, ["code", "name", "message", "value", "limit"]);
+            let line = format!("{}  {}", warning["code"].as_str().unwrap(), warning["message"].as_str().unwrap());
+            assert!(text.contains(&line) && stdout(&output).contains(&line), "{line} in\n{text}");
+        }
+        for absent in KINDS.iter().filter(|kind| !expected.contains(&kind.code)) {
+            assert!(!text.contains(&format!("{}  ", absent.code)), "{} in\n{text}", absent.code);
+        }
+    }
+}
+
+#[test]
+fn explain_knows_every_code_by_number_and_name_and_its_threshold() {
+    let names = KINDS.each_ref().map(|kind| format!("{} {}", kind.code, kind.name)).join(", ");
+    let given = "W1 assumed-parameters, W2 energy, W3 hourglass, W4 penetration, W5 coarse-mesh, W6 small-projectile, W7 mass, W8 torn-off";
+    assert_eq!(names, given, "codes and names once given stay");
+    let bench = Bench::new(&small());
+    let explain = |code: &str| stdout(&bench.ripstop(&["explain", code]));
+    let words = |text: &str| text.split_whitespace().map(str::to_owned).collect::<Vec<_>>().join(" ");
+    let list = words(&stdout(&bench.ripstop(&["explain"])));
+    for kind in &KINDS {
+        let text = explain(kind.code);
+        for part in [kind.code, kind.name, kind.measured, kind.given, kind.means, kind.help] {
+            assert!(words(&text).contains(&words(part)), "{part} in\n{text}");
+        }
+        assert_eq!([explain(&kind.code.to_lowercase()), explain(kind.name)], [text.clone(), text]);
+        assert!(list.contains(&format!("{} {}", kind.code, kind.name)), "{list}");
+    }
+    for (exit, part) in [("0", "done"), ("1", "expectation"), ("2", "input"), ("3", "device"), ("130", "Ctrl-C")] {
+        let text = explain(exit);
+        assert!(text.starts_with(&format!("exit code {exit}: ")) && text.contains(part), "{text}");
+        assert!(text.contains("means") && text.contains("to do"), "{text}");
+    }
+    let percent = |limit: f64| format!("above {} %", limit * 100.0);
+    let energy = [checks::GAINED_LIMIT, checks::ENERGY_LIMIT].map(percent).join(" gained or lost, or a ledger error ");
+    for (number, text) in [
+        (2, energy),
+        (3, percent(checks::HOURGLASS_LIMIT)),
+        (5, format!("above {}", checks::CROSSOVERS_LIMIT)),
+        (6, format!("below {}", checks::CELLS_LIMIT)),
+    ] {
+        assert!(KINDS[number - 1].given.starts_with(&text), "{} for {text}", KINDS[number - 1].given);
+    }
+}

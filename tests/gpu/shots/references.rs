@@ -1,0 +1,162 @@
+//! Shipped scenes and variants of them against the double-precision reference.
+
+use std::path::PathBuf;
+
+use ripstop::gpu::Device;
+use ripstop::output::history;
+use ripstop::run::Run;
+use ripstop::run::profile::ProfilePoint;
+
+use super::{EDGES, Outcome, Tests, impact, report, run_on, same_until_failure, within};
+use crate::scene::{builtin, checked, run, shipped};
+
+pub(super) const TESTS: Tests = &[
+    ("verification_scenes_end_like_the_references", verification),
+    ("the_papers_shot_is_the_references", paper),
+    ("every_shape_law_and_edge_follows_the_reference", variants),
+];
+
+/// Paper's shot at full size, with contact at nodes and at edges. At 222 m/s single precision with edges ends at 181 or 151 m/s by the last
+/// digit of the velocity; at 250 to 350 m/s both precisions end within 4e-6.
+fn paper(device: &'static Device) -> Outcome {
+    let edges = [EDGES, "/solver/shock_viscosity=0.3", "/expect=[]", "/projectile/velocity_m_s=250"];
+    for (sets, rows, energy, velocity, failures) in [(&[][..], 200, 5e-3, 0.02, 4), (&edges, 100, 2e-6, 1e-4, 0)] {
+        let case = builtin("cases/s720-1ply-155.json", sets);
+        let (cpu, gpu) = (run(&case), run_on(device, &case));
+        same_until_failure(&cpu, &gpu, impact(&case), rows)?;
+        within(&gpu, energy, 1e-4)?;
+        let [c, g] = [&cpu, &gpu].map(|run| run.history.last().unwrap().projectile_velocity);
+        assert!(gpu.outcome == cpu.outcome && (g - c).abs() <= velocity * c, "leaves at {g} for {c} m/s");
+        let [c, g] = [&cpu, &gpu].map(|run| run.events.len());
+        assert!(c > 20 && c.abs_diff(g) <= failures, "{g} failures for {c}");
+        assert!(checked(&case, &gpu).iter().all(|check| check.pass));
+        // Profiles are read back between batches.
+        assert_eq!((gpu.profiles.len(), cpu.profiles.len()), (6, 6));
+        let broken = cpu.events[0].step as f64 * cpu.time_step;
+        for (c, g) in cpu.profiles.iter().zip(&gpu.profiles).filter(|(c, _)| c.time < broken) {
+            assert_eq!((c.time, c.points.len()), (g.time, g.points.len()));
+            for (n, allowed) in [1e-5, 1e-4, 1e-2, 2e-2].into_iter().enumerate() {
+                let number = |p: &ProfilePoint| [p.position, p.deflection, p.strain, p.force][n];
+                let scale = c.points.iter().map(|p| number(p).abs()).fold(0.0, f64::max);
+                let mut off = c.points.iter().zip(&g.points).map(|(c, g)| (number(c) - number(g)).abs());
+                assert!(off.all(|off| off <= allowed * scale), "column {n} at {} s", c.time);
+            }
+        }
+    }
+    Ok(())
+}
+
+/// How far a column of the history may be off, over its largest value in the reference.
+type Allowed = &'static [(&'static str, f64)];
+
+/// Without failures nothing amplifies a rounding, except that contact opens and closes.
+const WHOLE: Allowed = &[
+    ("projectile_velocity_m_s", 1e-4),
+    ("projectile_energy_j", 1e-4),
+    ("external_work_j", 1e-4),
+    ("max_deflection_mm", 1e-4),
+    ("kinetic_energy_j", 1e-3),
+    ("internal_energy_j", 1e-3),
+    ("stored_energy_j", 1e-3),
+    ("hourglass_energy_j", 1e-3),
+    ("friction_j", 1e-3),
+    ("contact_dissipation_j", 1e-2),
+    ("max_yarn_tension_n", 2e-2),
+];
+/// Torn fabric is chaotic: one failure a step later moves the next. Single precision on the processor is off as much,
+/// and double-precision runs of free-impact with the hit moved by a few nanometres break 50, 52, 58, 65, 69 yarns: 38 % apart.
+const TORN: Allowed = &[
+    ("projectile_velocity_m_s", 0.02),
+    ("projectile_energy_j", 0.04),
+    ("kinetic_energy_j", 0.15),
+    ("max_deflection_mm", 0.2),
+    ("failure_energy_j", 0.38),
+];
+/// Soon after the first failures nothing has been amplified much.
+const TEARING: Allowed = &[
+    ("projectile_velocity_m_s", 1e-4),
+    ("projectile_energy_j", 2e-4),
+    ("kinetic_energy_j", 5e-3),
+    ("internal_energy_j", 2e-2),
+    ("max_deflection_mm", 5e-3),
+    ("friction_j", 1e-2),
+    ("failure_energy_j", 2e-2),
+];
+
+/// Lines of `allowed` that do not hold, or a number of failures that is off by more than `part` of them.
+fn off(cpu: &Run, gpu: &Run, allowed: Allowed, part: f64) -> Vec<String> {
+    assert_eq!(cpu.time_step, gpu.time_step);
+    let difference = |(name, allowed): &(&str, f64)| {
+        let column = history::find(name).unwrap();
+        let [c, g] = [cpu, gpu].map(|run| run.history.iter().map(column.read).collect::<Vec<f64>>());
+        let scale = c.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+        let within = |(c, g): (&f64, &f64)| (c - g).abs() <= allowed * scale;
+        let row = c.iter().zip(&g).position(|numbers| !within(numbers))?;
+        Some(format!("{name}: {} for {} of {scale:.3e} in row {row}, allowed {allowed:.0e}", g[row], c[row]))
+    };
+    let mut wrong: Vec<String> = allowed.iter().filter_map(difference).collect();
+    let [c, g] = [cpu, gpu].map(|run| run.events.len());
+    if c.abs_diff(g) as f64 > (part * c as f64).max(3.0) {
+        wrong.push(format!("{g} failures for {c}"));
+    }
+    wrong.extend(within(gpu, 2e-6, f64::INFINITY).err());
+    wrong
+}
+
+fn verification(device: &'static Device) -> Outcome {
+    let folder = std::fs::read_dir("cases/verify").unwrap().map(|f| f.unwrap().path());
+    let mut files: Vec<PathBuf> = folder.filter(|f| f.extension().is_some_and(|e| e == "json")).collect();
+    files.sort();
+    assert!(files.len() >= 10, "{files:?}");
+    let mut wrong = Vec::new();
+    for file in files {
+        let name = file.to_str().unwrap();
+        // With the paper's numerics, but for the strips whose waves ring without viscosity until yarns break.
+        let case = if name.contains("strip-compressible") { shipped(name, &[]) } else { builtin(name, &[]) };
+        let (cpu, gpu) = (run(&case), run_on(device, &case));
+        let (allowed, part) = if cpu.events.is_empty() { (WHOLE, 0.0) } else { (TORN, 0.5) };
+        let mut found = off(&cpu, &gpu, allowed, part);
+        if gpu.outcome != cpu.outcome || gpu.history.len() != cpu.history.len() {
+            found.push(format!("{:?} for {:?}", gpu.outcome, cpu.outcome));
+        }
+        // Momentum errors are over the net impulse of the supports, which in a free vibration comes back to nothing.
+        if case.projectile.is_some() {
+            found.extend(within(&gpu, 1.0, 2e-6).err());
+        }
+        wrong.extend(found.into_iter().map(|line| format!("{}: {line}", case.name)));
+    }
+    report(wrong)
+}
+
+fn variants(device: &'static Device) -> Outcome {
+    const SPHERE: &str = r#"/projectile={"shape":"sphere","diameter_mm":5.5,"mass_g":1,"velocity_m_s":300,
+        "offset_mm":[4.4,-2.3],"obliquity_deg":25,"azimuth_deg":35,"friction":0.2}"#;
+    const OGIVE: &str = r#"/projectile={"shape":"ogive","diameter_mm":5.5,"length_mm":9,"edge_radius_mm":0,"mass_g":1,"velocity_m_s":300,
+        "offset_mm":[4.4,-2.3],"obliquity_deg":25,"azimuth_deg":35,"friction":0.2}"#;
+    // At 9° the yarns that break exceed their failure strain by 2.7 % at least: rounding does not decide.
+    const FRAGMENT: &str = r#"/projectile={"shape":"fragment","diameter_mm":5.5,"length_mm":6.4,"mass_g":1.1,
+        "velocity_m_s":300,"offset_mm":[4.4,-2.3],"obliquity_deg":9,"azimuth_deg":35,"roll_deg":30,"friction":0.2}"#;
+    const PRETENSION: &str = "/pack/pretension={\"warp_n_per_m\":2000,\"weft_n_per_m\":1000}";
+    let variants: [&[&str]; 13] = [
+        &[SPHERE],
+        &[OGIVE],
+        &[FRAGMENT],
+        &["/projectile/shape=cone"],
+        &["/projectile/edge_radius_mm=0.5"],
+        &["/projectile/friction=0"],
+        &["/projectile/angular_velocity_rad_s=[2000,-1000,5000]"],
+        &["/fabric/crossover/law=variational"],
+        &["/fabric/crossover/compression=rigid"],
+        &["/fabric/shear=none"],
+        &["/pack/edges=free"],
+        &["/pack/edges=roller", PRETENSION],
+        &["/fabric/weft={\"absent\":true,\"count_per_inch\":20}"],
+    ];
+    let mut wrong = Vec::new();
+    for sets in variants {
+        let case = builtin("cases/verify/mirror.json", &[sets, &["/solver/end_time_us=12"]].concat());
+        let (cpu, gpu) = (run(&case), run_on(device, &case));
+        wrong.extend(off(&cpu, &gpu, TEARING, 0.1).into_iter().map(|line| format!("{sets:?}: {line}")));
+    }
+    report(wrong)
+}
