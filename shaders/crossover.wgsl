@@ -52,7 +52,7 @@ struct CellPoint {
     slope: f32,
 }
 
-/// Where an iteration ended.
+/// End of an iteration.
 struct Found {
     /// Height of the pivot [m].
     x: f32,

@@ -6,7 +6,7 @@ struct Ply {
     // Its own mesh.
     rows: u32,
     columns: u32,
-    /// Which ply type it is.
+    /// Number of its ply type.
     ply_type: u32,
     /// Yarns that are there: 1 warp, 2 weft.
     present: u32,
@@ -179,7 +179,7 @@ fn reference(ply: u32, place: vec2<u32>) -> vec3<f32> {
 /// First element above and to the right of a node, as if the ply went on.
 fn element_above(node: u32, place: vec2<u32>) -> u32 { return element_at(node_ply(node), place); }
 
-/// Which of the elements above right, above left, below left and below right of a node there are.
+/// Presence of the elements above right, above left, below left and below right of a node.
 fn adjacent_elements(ply: u32, place: vec2<u32>) -> vec4<bool> {
     let above = place.x < plies[ply].rows;
     let below = place.x > 0u;

@@ -26,7 +26,7 @@ fn sees(own: u32, place: vec2<u32>, other: u32) -> bool {
     return all(lies.xy >= low) && all(lies.xy <= high);
 }
 
-/// Where a node touches a cell of the neighbouring ply, or how far it is from that.
+/// Touch of a node and a cell of the neighbouring ply, or its distance from that.
 struct Touch {
     cell: vec2<u32>,
     place: vec2<f32>,

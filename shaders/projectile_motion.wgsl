@@ -31,7 +31,7 @@ struct Point {
     block: u32,
 }
 
-/// Where the body may touch: a node, or a point of the rim on an edge. Those of the nodes come first; before them is one whose `ends` tell
+/// Point that the body may touch: a node, or a point of the rim on an edge. Those of the nodes come first; before them is one whose `ends` say
 /// how many are of nodes, and how many there are.
 struct Touch {
     /// Outward normal, and the gap [m].
@@ -60,7 +60,7 @@ struct Touch {
     member: u32,
     begin: u32,
     entry: u32,
-    /// Where its row of the matrix begins.
+    /// First entry of its row of the matrix.
     row: u32,
 }
 

@@ -59,7 +59,7 @@ fn point_of(node: u32, count: u32) -> u32 {
     return NONE;
 }
 
-/// Where a straight line crosses the cylinder through the rim of the face, as fractions of the way, ascending; -1 where it does not.
+/// Crossings of a straight line and the cylinder through the rim of the face, as fractions of the way, ascending; -1 where it does not.
 fn rim_crossings(start: vec2<f32>, end: vec2<f32>) -> vec2<f32> {
     let way = end - start;
     let square = dot(way, way);

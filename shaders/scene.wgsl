@@ -58,7 +58,7 @@ struct Scene {
     shot_elements: u32,
     shot_nodes: u32,
     plies: u32,
-    /// Which ply type the constants below are of.
+    /// Ply type of the constants below.
     ply_type: u32,
     ply_friction: f32,
     // Unit cell; forces [N], lengths [m].
@@ -162,7 +162,7 @@ struct Scene {
 struct Step {
     /// Counted from 0.
     index: u32,
-    /// Where the energy balance writes this step.
+    /// Place where the energy balance writes this step.
     slot: u32,
     /// Steps since the last sample.
     since: u32,

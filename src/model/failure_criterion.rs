@@ -213,7 +213,7 @@ impl<'a> YarnLayout<'a> {
     }
 }
 
-/// Where strengths are drawn from.
+/// Source of the strengths.
 #[derive(Clone, Copy, Debug)]
 struct Draws {
     seed: u32,

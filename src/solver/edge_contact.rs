@@ -71,7 +71,7 @@ pub struct EdgeContact {
     motions: Vec<[f64; 6]>,
     /// K⁻¹ (n·v − target), block by block.
     excesses: Vec<[f64; 1]>,
-    /// Where a member lies among these, by its place in `factored`.
+    /// Place of a member among these, by its place in `factored`.
     places: Vec<usize>,
 }
 
@@ -300,7 +300,7 @@ fn ranges(ends: &[usize]) -> impl Iterator<Item = Range<usize>> {
     std::iter::once(&0).chain(ends).zip(ends).map(|(first, end)| *first..*end)
 }
 
-/// Where a row of a lower triangle begins.
+/// First entry of a row of a lower triangle.
 fn start(row: usize) -> usize {
     row * (row + 1) / 2
 }

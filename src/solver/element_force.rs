@@ -236,13 +236,13 @@ impl<R: Real> YarnsLeft<R> {
         each!(i in 2 => half.lt(intact[i]))
     }
 
-    /// Where both yarns were there before this step.
+    /// Elements that had both yarns before this step.
     #[inline(always)]
     pub(super) fn both(&self) -> R::Mask {
         self.was_alive[0] & self.was_alive[1]
     }
 
-    /// Where one was.
+    /// Elements that had one.
     #[inline(always)]
     pub(super) fn any(&self) -> R::Mask {
         self.was_alive[0] | self.was_alive[1]
