@@ -3,7 +3,7 @@
 //   in/out  forces    array<f32>  (9, E)   P1·Ly/2, P2·Lx/2, force on the difference of opposite edges [N]
 //   in/out  heights   array<f32>  (6, E)   `dh_dstretch` [m] and `force_share` [-] of warp and weft, which predict heights; h1, h2 [m], warm start
 //   in/out  flags     array<u32>  (E)      bit 0 warp alive, bit 1 weft alive; evaluations since the last sample << 8
-//   in/out  accounts  array<f32>  (10, E)   see `energy_balance`
+//   in/out  accumulators  array<f32>  (10, E)   see `energy_balance`
 //   in/out  status    array<u32>           counters
 //   out     events    array<Event>         yarn failures
 //   in/out  yarns     array<f32>  (8, E)   viscous forces of warp and weft [N]; strains of warp and weft in steps of even number, of odd
@@ -14,7 +14,7 @@
 @group(1) @binding(1) var<storage, read_write> forces: array<f32>;
 @group(1) @binding(2) var<storage, read_write> heights: array<f32>;
 @group(1) @binding(3) var<storage, read_write> flags: array<u32>;
-@group(1) @binding(4) var<storage, read_write> accounts: array<f32>;
+@group(1) @binding(4) var<storage, read_write> accumulators: array<f32>;
 @group(1) @binding(5) var<storage, read_write> status: array<atomic<u32>>;
 @group(1) @binding(6) var<storage, read_write> events: array<Event>;
 @group(1) @binding(7) var<storage, read_write> yarns: array<f32>;
@@ -141,7 +141,7 @@ fn forces_of(element: u32, motion: Motion, cell: Equilibrium, yarns_left: YarnsL
         yarns[element] = drag.x;
         yarns[e + element] = drag.y;
         // N over the element's width times its length.
-        accounts[7u * e + element] += dot(shock.work,
+        accumulators[7u * e + element] += dot(shock.work,
             vec2<f32>(0.5 * size.membrane_warp / size.gradient_x, 0.5 * size.membrane_weft / size.gradient_y));
     }
     let pull = elastic + drag;
@@ -165,7 +165,7 @@ fn keep_forces(element: u32, motion: Motion, acting: Forces) {
         power += dot(stored(6u, element) + force, v.mode);
         store(6u, element, force);
     }
-    accounts[element] += 0.5 * step.span * power;
+    accumulators[element] += 0.5 * step.span * power;
 }
 
 /// Books what the yarns release that fail in this step.
@@ -187,16 +187,16 @@ fn release(element: u32, motion: Motion, cell: Equilibrium, yarns_left: YarnsLef
     let intact = membrane(size, motion.k, elastic + acting.drag, was);
     let mode_intact = mode_force(size, motion.k, elastic, was);
     let undone = dot(intact.warp - m.warp, v.x) + dot(intact.weft - m.weft, v.y) + dot(mode_intact - acting.on_mode, v.mode);
-    accounts[e + element] += before - after - 0.5 * step.span * undone;
+    accumulators[e + element] += before - after - 0.5 * step.span * undone;
     if (HOURGLASS) {
         // The part of the hourglass work that the state function ½k|q|² does not hold once k dropped.
         let lost = hourglass_where(both, size) - acting.hourglass;
-        accounts[2u * e + element] += 0.5 * lost * dot(mode, mode - step.span * v.mode);
+        accumulators[2u * e + element] += 0.5 * lost * dot(mode, mode - step.span * v.mode);
     }
     if (LAW_ENERGY && both) {
         // What it has made by now stays.
         let cells = stored_energy(size, select(zero, cell.tension, was_alive), cell.strain, cell.force, 0.0);
-        accounts[8u * e + element] = law_share(motion.k.stretch) * cells;
+        accumulators[8u * e + element] = law_share(motion.k.stretch) * cells;
     }
     if (yarns_left.failed.x) { record_failure(element, 0u, cell.strain.x); }
     if (yarns_left.failed.y) { record_failure(element, 1u, cell.strain.y); }
@@ -215,29 +215,29 @@ fn keep_state(element: u32, at: vec4<u32>, motion: Motion, cell: Equilibrium, ya
     let tension = select(zero, select(free, cell.tension, both_left), alive);
     let strain = select(yarns_left.free_strain, cell.strain, both_left);
     let left = shear_where(both_left, acting.trellis);
-    accounts[3u * e + element] = stored_energy(size, tension, strain, select(0.0, cell.force, both_left), left.energy);
-    accounts[4u * e + element] = select(0.0, 0.5 * acting.hourglass * dot(mode, mode), HOURGLASS);
-    accounts[5u * e + element] = max(tension.x, tension.y);
+    accumulators[3u * e + element] = stored_energy(size, tension, strain, select(0.0, cell.force, both_left), left.energy);
+    accumulators[4u * e + element] = select(0.0, 0.5 * acting.hourglass * dot(mode, mode), HOURGLASS);
+    accumulators[5u * e + element] = max(tension.x, tension.y);
     if (LAW_ENERGY && both_left) {
         let cells = stored_energy(size, tension, strain, select(0.0, cell.force, both_left), 0.0);
-        accounts[8u * e + element] = law_share(motion.k.stretch) * cells;
+        accumulators[8u * e + element] = law_share(motion.k.stretch) * cells;
     }
     // Tension over breaking load is strain over failure strain.
     let own = select(zero, strain / nominal_failure_strain(), alive);
     // A mean over the failure length stands for what is beyond.
     let load = max(select(zero, own, own < vec2<f32>(1.0)), yarns_left.load);
-    accounts[9u * e + element] = max(load.x, load.y);
+    accumulators[9u * e + element] = max(load.x, load.y);
     let n = 2u * scene.nodes;
     let z = abs(vec4<f32>(nodes[n + at.x], nodes[n + at.y], nodes[n + at.z], nodes[n + at.w]));
-    accounts[6u * e + element] = max(max(z.x, z.y), max(z.z, z.w));
+    accumulators[6u * e + element] = max(max(z.x, z.y), max(z.z, z.w));
 }
 
 /// An element that carries nothing.
 fn keep_nothing(element: u32) {
     let e = scene.elements;
     if (SAMPLED) {
-        for (var field = 3u; field < 7u; field++) { accounts[field * e + element] = 0.0; }
-        accounts[9u * e + element] = 0.0;
+        for (var field = 3u; field < 7u; field++) { accumulators[field * e + element] = 0.0; }
+        accumulators[9u * e + element] = 0.0;
     }
     keep_heights(element, vec2<f32>(0.0), Predictor());
     keep_strains(element, vec2<f32>(BROKEN));

@@ -2,7 +2,7 @@
 //   in      nodes     array<f32>  (6, N)   displacement [m], velocity [m/s]
 //   in      forces    array<f32>  (9, E)   P1·Ly/2, P2·Lx/2, force on the difference of opposite edges [N]
 //   in/out  flags     array<u32>  (E)      evaluations are counted from 0 again
-//   in/out  accounts  array<f32>  (10, E)   since the last sample: work, released by failures, hourglass released [J];
+//   in/out  accumulators  array<f32>  (10, E)   since the last sample: work, released by failures, hourglass released [J];
 //                                          now: stored, hourglass [J], largest tension [N], deflection [m]; since the last sample:
 //                                          dissipated by shock viscosity [J]; made by the unit-cell law since the start [J]; now:
 //                                          largest tension over breaking load [-];
@@ -16,7 +16,7 @@
 @group(1) @binding(0) var<storage, read> nodes: array<f32>;
 @group(1) @binding(1) var<storage, read> forces: array<f32>;
 @group(1) @binding(2) var<storage, read_write> flags: array<u32>;
-@group(1) @binding(3) var<storage, read_write> accounts: array<f32>;
+@group(1) @binding(3) var<storage, read_write> accumulators: array<f32>;
 @group(1) @binding(4) var<storage, read_write> supports: array<f32>;
 @group(1) @binding(5) var<storage, read_write> bodies: array<Body>;
 @group(1) @binding(6) var<storage, read_write> status: array<atomic<u32>>;
@@ -141,26 +141,26 @@ fn finish(first: u32) {
     bodies[shot.number].energy = vec4<f32>(0.0, 0.0, 0.0, body.energy.w);
 }
 
-/// Adds what an element has; its accounts begin anew.
+/// Adds what an element has; its accumulators begin anew.
 fn add_element(ply: u32, element: u32) {
     let e = scene.elements;
     let word = flags[element];
-    part[WORK] += accounts[element];
-    accounts[element] = 0.0;
+    part[WORK] += accumulators[element];
+    accumulators[element] = 0.0;
     if (VISCOUS) {
-        part[VISCOUS_WORK] += accounts[7u * e + element];
-        accounts[7u * e + element] = 0.0;
+        part[VISCOUS_WORK] += accumulators[7u * e + element];
+        accumulators[7u * e + element] = 0.0;
     }
-    part[RELEASED] += accounts[e + element];
-    part[RELEASED_HOURGLASS] += accounts[2u * e + element];
-    accounts[e + element] = 0.0;
-    accounts[2u * e + element] = 0.0;
-    part[STORED] += accounts[3u * e + element];
-    part[HOURGLASS_NOW] += accounts[4u * e + element];
-    part[TENSION] = max(part[TENSION], accounts[5u * e + element]);
-    part[LAW_MADE] += accounts[8u * e + element];
-    part[LOAD] = max(part[LOAD], accounts[9u * e + element]);
-    part[DEFLECTION] = max(part[DEFLECTION], accounts[6u * e + element]);
+    part[RELEASED] += accumulators[e + element];
+    part[RELEASED_HOURGLASS] += accumulators[2u * e + element];
+    accumulators[e + element] = 0.0;
+    accumulators[2u * e + element] = 0.0;
+    part[STORED] += accumulators[3u * e + element];
+    part[HOURGLASS_NOW] += accumulators[4u * e + element];
+    part[TENSION] = max(part[TENSION], accumulators[5u * e + element]);
+    part[LAW_MADE] += accumulators[8u * e + element];
+    part[LOAD] = max(part[LOAD], accumulators[9u * e + element]);
+    part[DEFLECTION] = max(part[DEFLECTION], accumulators[6u * e + element]);
     part[EVALUATIONS] += f32(word >> 8u);
     part[SOLVED] += select(0.0, f32(step.since), (word & 3u) == 3u);
     flags[element] = word & 3u;
@@ -183,8 +183,8 @@ fn add_node(ply: u32, node: u32, place: vec2<u32>) {
         let at = 10u * e + node;
         // Loss, friction and work of moving nodes out of other plies lie one after the other here and there.
         for (var i = 0u; i < 3u; i++) {
-            part[PLY_LOSS + i] += accounts[at + i * n];
-            accounts[at + i * n] = 0.0;
+            part[PLY_LOSS + i] += accumulators[at + i * n];
+            accumulators[at + i * n] = 0.0;
         }
     }
 }

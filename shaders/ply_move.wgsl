@@ -3,7 +3,7 @@
 //   in      forces    array<f32>  (9, E)   P1·Ly/2, P2·Lx/2, force on the difference of opposite edges [N]
 //   in/out  shares    array<u32>  (N)      contacts of a node, by weight; from 0 again
 //   in/out  impulses  array<i32>  (N, 6)   counted impulses; from 0 again
-//   in/out  accounts  array<f32>           see `energy_balance`
+//   in/out  accumulators  array<f32>           see `energy_balance`
 //   in/out  supports  array<f32>  (S, 3)   impulse of the supports since the last sample [N·s], nodes of the rim
 //   in/out  status    array<u32>           counters
 //   in      yarns     array<f32>           viscous forces of warp and weft [N], see `element_force`
@@ -13,7 +13,7 @@
 @group(1) @binding(1) var<storage, read> forces: array<f32>;
 @group(1) @binding(2) var<storage, read_write> shares: array<u32>;
 @group(1) @binding(3) var<storage, read_write> impulses: array<i32>;
-@group(1) @binding(4) var<storage, read_write> accounts: array<f32>;
+@group(1) @binding(4) var<storage, read_write> accumulators: array<f32>;
 @group(1) @binding(5) var<storage, read_write> supports: array<f32>;
 @group(1) @binding(6) var<storage, read_write> status: array<atomic<u32>>;
 @group(1) @binding(7) var<storage, read> yarns: array<f32>;
@@ -80,10 +80,10 @@ fn ply_move(id: Invocation) {
         nodes[(3u + a) * n + node] = now[a];
     }
     let at = 10u * scene.elements + node;
-    accounts[at] -= 0.5 * dot(impulse, (free - pull) + now);
+    accumulators[at] -= 0.5 * dot(impulse, (free - pull) + now);
     if (any(way != vec3<f32>(0.0))) {
         // Viscosity sees velocities alone: against it nothing is stored, and nothing dissipated.
-        accounts[at + 2u * n] -= dot(force - viscous_force(node, place), way);
+        accumulators[at + 2u * n] -= dot(force - viscous_force(node, place), way);
     }
     if (held(ply, place) != 0u) { add_support(ply, place, -select(vec3<f32>(0.0), impulse, inverse <= vec3<f32>(0.0))); }
 }

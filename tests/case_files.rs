@@ -1,66 +1,25 @@
 //! Case files: what is read, what is refused and how that is said. Public API only.
 //!
-//! Promise: any bytes whatever give a checked case or one error with place, expectation and finding; never a panic.
+//! Promise: any bytes whatever give a checked case or one error with place, expectation and finding; never a panic. The words of
+//! refusals and the fields of cases are those of `snapshots/`.
 
 mod any_bytes;
-mod builder;
 mod changes;
-mod fabric_files;
-mod layup;
 mod reading;
 mod refusing;
-mod schema;
 
+use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
 use proptest::prelude::*;
-use ripstop::case::{self, Bound, Case, CaseError, Edge, Fabric, Field, Layer, Origin, Shape};
+use ripstop::case::{self, Bound, BuiltInFabric, Case, CaseError, Edge, Field, Shape};
 use ripstop::physics::projectile_body::Body;
 use serde_json::{Map, Value, json};
 
 /// A case that gives every key that a free cylinder and a pack of two kinds of plies can have.
 fn good() -> Value {
-    let yarn = |crimp: f64| {
-        json!({"absent": false, "linear_density_denier": 1420, "modulus_gpa": 96, "failure_strain": 0.035,
-            "count_per_inch": 20, "crimp": crimp})
-    };
-    let fabric = json!({
-        "name": "S-720", "fibre_density_kg_m3": 1440, "areal_density_g_m2": 255.2,
-        "warp": yarn(0.0218), "weft": yarn(0.0139),
-        "crossover": {"law": "published", "membrane_force": "tension", "gap_mm": 0.01,
-            "compression": {"a_mm": 0.10, "b_mm_n13": 0.12}},
-        "thickness_mm": 0.25,
-        "shear": {"thickness_mm": 0.25, "g1_mpa": 10, "g2_mpa": 1000, "gamma1": 0.35, "gamma2": 0.6,
-            "modulus": "tangent"},
-    });
-    json!({
-        "title": "every key",
-        "fabric": fabric,
-        "pack": {"plies": 3, "width_mm": 20.3, "height_mm": 10.1, "crossovers_per_element": 1, "spacing_mm": 0.4,
-            "edges": {"left": "clamped", "right": "free", "bottom": "roller", "top": "clamped"},
-            "friction": 0.1, "pretension": {"warp_n_per_m": 100, "weft_n_per_m": 200}, "initial_velocity_m_s": [1, 2, -3],
-            "initial_deflection": {"amplitude_mm": 0.1, "warp_half_waves": 1, "weft_half_waves": 2},
-            "layup": [
-                {"plies": 2, "orientation_deg": 0, "edges": "free"},
-                {"plies": 1, "fabric": fabric, "orientation_deg": -90, "initial_velocity_m_s": [0, 0, 1],
-                    "edges": {"left": "clamped", "right": "free", "bottom": "roller", "top": "clamped"}}]},
-        "projectile": {"shape": "cylinder", "diameter_mm": 5.5, "length_mm": 42.1, "edge_radius_mm": 0.1, "mass_g": 3,
-            "axial_inertia_g_mm2": 11, "transverse_inertia_g_mm2": 440, "velocity_m_s": 155, "offset_mm": [1, -2],
-            "standoff_mm": 1, "obliquity_deg": 30, "azimuth_deg": 90, "yaw_deg": 10,
-            "angular_velocity_rad_s": [0, 0, 5], "friction": 0.2, "motion": "free", "rotation": "free"},
-        "solver": {"numerics": "paper", "end_time_us": 400, "courant": 0.9, "hourglass": 0.02, "symmetry": "none", "run_until": "end_time"},
-        "output": {"history_interval_us": 0.5, "frames": 10, "profile_times_us": [0, 50, 100], "profile_along": "weft"},
-        "expect": [
-            {"quantity": "outcome", "value": "perforated", "source": "paper, Figure 6"},
-            {"quantity": "residual_velocity_m_s", "value": -50, "tolerance": "10%", "source": "paper, Figure 6"},
-            {"quantity": "energy_error", "min": -0.01, "max": 0.01, "source": "model"},
-            {"quantity": "wave_speed_m_s", "min": 1, "between_us": [10, 20], "source": "theory"},
-            {"quantity": "kinetic_energy_j", "value": 36, "tolerance": 0.5, "at_us": 1, "source": "½ m v²"}
-        ],
-        "sources": {"/fabric/warp": "paper, Table I", "/fabric/crossover/compression": "assumed", "/pack": "a frame"},
-        "notes": "none",
-    })
+    serde_json::from_str(include_str!("case_files/good.json")).unwrap()
 }
 
 /// A shot with as few keys as can be.
@@ -73,26 +32,55 @@ fn plain() -> Value {
     })
 }
 
-/// A case of 3 mm by 2 mm elements: 30 mm along warp are 10 elements, 8 mm along weft 4.
-fn laid(groups: Value) -> Value {
-    let mut document = good();
+/// A case of 3 mm by 2 mm elements, 30 mm along warp 10 of them, 8 mm along weft 4; its second group has half as many along the warp.
+fn laid() -> Value {
     let yarn = |count: f64| {
         json!({"linear_density_denier": 1420, "modulus_gpa": 96, "failure_strain": 0.035, "count_per_cm": count,
             "crimp": 0.01})
     };
+    let mut document = good();
     put(&mut document, "/fabric/warp", yarn(10.0 / 3.0));
     put(&mut document, "/fabric/weft", yarn(5.0));
-    put(&mut document, "/pack", json!({"width_mm": 30, "height_mm": 8, "layup": groups}));
+    let mut coarse = document["fabric"].clone();
+    put(&mut coarse, "/name", json!("coarse"));
+    put(&mut coarse, "/warp", yarn(10.0 / 6.0));
+    put(&mut document, "/pack", json!({"width_mm": 30, "height_mm": 8, "layup": [{}, {"fabric": coarse, "plies": 2}]}));
     remove(&mut document, "/sources");
     document
 }
 
-/// The fabric of [`laid`] with other yarns: half as many along the warp.
-fn coarse() -> Value {
-    let mut fabric = laid(json!([]))["fabric"].clone();
-    fabric["name"] = json!("coarse");
-    fabric["warp"]["count_per_cm"] = json!(10.0 / 6.0);
-    fabric
+/// A document and changes from the command line, of a line such as `good & /pack/plies=2 & -/title & --set /pack/friction=0`: a case, then
+/// what is changed in it. `-/pointer` leaves a key out, `--set` is a change from the command line, all else is put into the file.
+fn document_of(line: &str) -> (Value, Vec<String>) {
+    let mut parts = line.split(" & ");
+    let mut document = match parts.next().unwrap() {
+        "good" => good(),
+        "laid" => laid(),
+        shape => {
+            let mut document = plain();
+            if shape != "plain" {
+                put(&mut document, "/projectile/shape", json!(shape));
+                put(&mut document, "/projectile/length_mm", json!(12));
+            }
+            document
+        }
+    };
+    let mut sets = Vec::new();
+    for part in parts {
+        match (part.strip_prefix("--set "), part.strip_prefix('-'), part.split_once('=')) {
+            (Some(set), ..) => sets.push(set.to_owned()),
+            (_, Some(pointer), _) => remove(&mut document, pointer),
+            (.., Some((pointer, value))) => put(&mut document, pointer, serde_json::from_str(value).unwrap()),
+            _ => panic!("{line}"),
+        }
+    }
+    (document, sets)
+}
+
+/// The case of such a line.
+fn case_of(line: &str) -> Result<Case, CaseError> {
+    let (document, sets) = document_of(line);
+    case::from_str("case.json", &document.to_string(), &sets)
 }
 
 fn read(value: &Value) -> Result<Case, CaseError> {
@@ -114,23 +102,13 @@ fn put(document: &mut Value, pointer: &str, value: Value) {
     }
 }
 
-fn unescape(part: &str) -> String {
-    part.replace("~1", "/").replace("~0", "~")
-}
-
-fn without(pointer: &str) -> Value {
-    let mut document = good();
-    remove(&mut document, pointer);
-    document
-}
-
 fn remove(document: &mut Value, pointer: &str) {
     let (parent, key) = pointer.rsplit_once('/').unwrap();
-    document.pointer_mut(parent).unwrap().as_object_mut().unwrap().shift_remove(key).unwrap();
+    document.pointer_mut(parent).unwrap().as_object_mut().unwrap().shift_remove(&unescape(key));
 }
 
-fn set(change: &str) -> Result<Case, CaseError> {
-    case::from_str("good.json", &good().to_string(), &[change.to_owned()])
+fn unescape(part: &str) -> String {
+    part.replace("~1", "/").replace("~0", "~")
 }
 
 /// Every pointer into a document, itself aside.
@@ -152,38 +130,27 @@ fn pointers(value: &Value) -> Vec<String> {
     found
 }
 
-/// One line for each part, none of them empty.
+/// One line for each part of each error, none of them empty.
+#[track_caller]
 fn assert_well_formed(error: &CaseError) {
     for error in error.all() {
-        let mut alone = error.clone();
-        alone.next = None;
-        assert_one_well_formed(&alone);
+        for part in [&*error.file, &error.expected, &error.found, error.help.as_deref().unwrap_or("none")] {
+            assert!(!part.trim().is_empty() && !part.contains('\n'), "{error:?}");
+        }
+        assert!(!error.location.contains('\n'), "{error:?}");
     }
+    assert!(error.to_string().starts_with("error: "), "{error}");
 }
 
 #[track_caller]
-fn assert_one_well_formed(error: &CaseError) {
-    for part in [&*error.file, &error.expected, &error.found] {
-        assert!(!part.trim().is_empty() && !part.contains('\n'), "{error:?}");
-    }
-    assert!(!error.location.contains('\n'), "{error:?}");
-    assert!(error.help.as_ref().is_none_or(|help| !help.is_empty() && !help.contains('\n')), "{error:?}");
-    let text = error.to_string();
-    assert!(text.starts_with("error: ") && text.lines().count() <= 4, "{text}");
-}
-
-#[track_caller]
-fn refused(result: Result<Case, CaseError>, location: &str, words: &str) -> CaseError {
-    let error = match result {
-        Ok(_) => panic!("accepted, but {location}: {words}"),
-        Err(error) => error,
-    };
+fn refused(result: Result<Case, CaseError>, location: &str, words: &str) {
+    let error = result.map(|_| format!("accepted, but {location}: {words}")).unwrap_err();
     assert_well_formed(&error);
     assert_eq!(error.location, location, "{error}");
     assert!(error.to_string().contains(words), "{words:?} is not in\n{error}");
-    error
 }
 
+#[track_caller]
 fn close(got: f64, expected: f64, relative: f64) {
     assert!((got - expected).abs() <= relative * expected.abs(), "{got} is not {expected}");
 }

@@ -50,7 +50,7 @@ impl Bench {
         self.command_of(env!("CARGO_BIN_EXE_ripstop"), arguments)
     }
 
-    /// The same with another program in between.
+    /// Another program, run like this one.
     fn command_of(&self, program: &str, arguments: &[&str]) -> Command {
         let mut command = Command::new(program);
         command.current_dir(self.folder.path()).args(arguments).stdin(Stdio::null());

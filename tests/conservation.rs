@@ -59,11 +59,9 @@ fn work_not_stored(law: &str, courant: f64) -> f64 {
 
 #[test]
 fn conservative_laws_store_all_the_work_and_the_published_one_nearly_all() {
-    for law in ["variational"] {
-        // The trapezoidal work of forces with kinks (slack to taut) meets the energy as the step shrinks.
-        let (long, short) = (work_not_stored(law, 0.6), work_not_stored(law, 0.1));
-        assert!(short.abs() < 2.5e-3 && short.abs() < 0.2 * long.abs(), "{law}: {long} {short}");
-    }
+    // The trapezoidal work of forces with kinks (slack to taut) meets the energy as the step shrinks.
+    let (long, short) = (work_not_stored("variational", 0.6), work_not_stored("variational", 0.1));
+    assert!(short.abs() < 2.5e-3 && short.abs() < 0.2 * long.abs(), "{long} {short}");
     // (18) is not conjugate to the sinusoid: its work differs from the stored energy whatever the step.
     let published = work_not_stored("published", 0.1);
     assert!((-0.15..-0.005).contains(&published), "{published}");
@@ -73,7 +71,7 @@ fn conservative_laws_store_all_the_work_and_the_published_one_nearly_all() {
 fn a_vibrating_ply_keeps_its_energy_over_a_hundred_thousand_steps() {
     let end = "/solver/end_time_us=80300";
     let sets =
-        [end, "/solver/courant=0.9", "/output/history_interval_us=100", "/pack/width_mm=25.4", "/pack/height_mm=20.32"];
+        [end, "/solver/courant=0.9", "/output/history_interval_us=100", "/pack/width_mm=50.8", "/pack/height_mm=40.64"];
     let run = run(&builtin("cases/verify/membrane-frequency.json", &sets));
     assert!(run.steps > 100_000, "{}", run.steps);
     assert!(run.energy_error < 1e-6, "{}", run.energy_error);

@@ -318,7 +318,7 @@ fn inside(simulation: &Simulation<f64>) -> [usize; 2] {
 #[test]
 fn plies_that_are_perforated_do_not_pass_through_each_other() {
     let (mut sums, mut perforated) = ([0; 2], Vec::new());
-    for speed in [250, 600] {
+    for speed in [200, 250, 400, 600] {
         let case = torn(r#""plies": 3"#, speed);
         let mut simulation = Simulation::<f64>::new(&case).unwrap();
         for time in 1..=60 {
@@ -332,9 +332,9 @@ fn plies_that_are_perforated_do_not_pass_through_each_other() {
         perforated.push(last.perforated_plies);
         assert!(last.failed.iter().sum::<u64>() > 150, "{:?}", last.failed);
     }
-    assert_eq!(perforated, [0, 3]);
+    assert_eq!(perforated, [2, 0, 3, 3]);
     // One in a thousand, in crumpled fabric, and not for long.
-    assert!(sums[0] > 4_000 && sums[1] * 1000 <= sums[0], "{sums:?}");
+    assert!(sums[0] > 10_000 && sums[1] * 1000 <= sums[0], "{sums:?}");
 }
 
 #[test]

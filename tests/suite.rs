@@ -29,4 +29,4 @@ mod support;
 mod symmetry;
 mod unit_cell;
 mod vectors;
-mod waves;
+mod verify;

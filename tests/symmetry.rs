@@ -10,7 +10,7 @@ use std::sync::atomic::AtomicBool;
 
 use ripstop::case::Case;
 use ripstop::model::Model;
-use ripstop::output::{self, history};
+use ripstop::output::{self, csv};
 use ripstop::physics::mirror_planes::MirrorPlanes;
 use ripstop::run::{self, Options, Precision, Run, Skips};
 use serde_json::json;
@@ -90,7 +90,7 @@ fn agree(case: &Case, precision: Precision, parts: u64, allowed: f64) -> [Run; 2
     assert_eq!((part.elements, part.steps), (whole.elements, whole.steps));
     assert!(part.element_steps_computed * parts <= whole.element_steps_computed + 64 * whole.steps);
     assert_eq!(part.history.len(), whole.history.len());
-    for column in history::COLUMNS.iter().filter(|c| !c.name.ends_with("_error") && c.name != "energy_gained") {
+    for column in csv::COLUMNS.iter().filter(|c| !c.name.ends_with("_error") && c.name != "energy_gained") {
         let scale = whole.history.iter().map(|row| (column.read)(row).abs()).fold(0.0, f64::max);
         for (p, w) in part.history.iter().zip(&whole.history) {
             let off = ((column.read)(p) - (column.read)(w)).abs();

@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use serde_json::{Value, json};
 
+use super::error::json_number;
 use super::fabric_file::FabricSource;
+use super::keys::Word as _;
 use super::set::{self, Set};
-use super::text::json_number;
-use super::units::Word as _;
 use super::{BuiltInFabric, Case, CaseError, Edge, read};
 
 /// The source of a value of which nothing else is said.

@@ -1,42 +1,58 @@
-//! One woven fabric: its keys, and the same in SI units.
+//! One woven fabric.
 
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::{Deserialize, Deserializer};
 
 use super::CaseError;
+use super::keys::{WordOr, choices};
 use super::provenance::Provenance;
-use super::units::{Denier, Dtex, GM2, Gpa, KgM3, Mm, MmN13, Mpa, PerCm, PerInch, Rad, Tex, Text, WordOr, choices};
 
-/// Source of a default that stands for a property of the fabric.
-const NOT_PUBLISHED: &str = "assumed: not published for this fabric";
 /// Least b over a of (21) [N^(1/3)]: its cube is the force at which a crossover begins to stiffen, and has to be a number in single precision.
 const LEAST_COMPRESSION: f64 = 1e-6;
 
 /// One woven fabric (Table I of the paper plus what it leaves open).
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[schemars(extend("file" = true))]
 pub struct Fabric {
-    /// Designation, e.g. "S-720".
+    /// Designation.
+    #[schemars(length(min = 1))]
     pub name: String,
-    /// Fibre density [kg/m³]; enters through the yarn's cross-section only.
+    /// Density of the fibre; gives the yarn's section [kg/m³].
+    #[schemars(rename = "fibre_density_kg_m3", range(min = 100, max = 30_000))]
     pub fibre_density: f64,
-    /// Mass per area [kg/m²], given or derived from linear density, count and crimp.
+    /// Mass per area of the fabric [kg/m²].
+    ///
+    /// Otherwise: linear density × (1 + crimp) × count of both yarns.
+    #[serde(default)]
+    #[schemars(rename = "areal_density_g_m2", range(min = 0.01, max = 1e5))]
     pub areal_density: f64,
     /// Yarns along X.
+    #[schemars(with = "YarnKeys")]
     pub warp: Yarn,
     /// Yarns along Y.
+    #[schemars(with = "YarnKeys")]
     pub weft: Yarn,
-    /// Warp–weft interaction.
+    /// Interaction of warp and weft.
+    #[schemars(extend("default" = {}))]
     pub crossover: Crossover,
-    /// Trellis shear (25); `None` when the case has no shear.
-    pub shear: Option<Shear>,
-    /// Fabric thickness [m]: shear resultant and default ply spacing.
+    /// Thickness of the fabric: shear resultant and ply spacing [m].
+    ///
+    /// Default: assumed: not published for this fabric.
+    #[serde(default)]
+    #[schemars(rename = "thickness_mm", range(min = 1e-3, max = 100))]
+    #[schemars(extend("default" = 0.30, "or" = "/shear/thickness_mm"))]
     pub thickness: f64,
+    /// Resistance to trellis shear, (25) of the paper.
+    #[schemars(with = "WordOr<NoShear, ShearKeys>", extend("default" = {}, "none" = "none"))]
+    pub shear: Option<Shear>,
 }
 
 /// One yarn system.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(default)]
 pub struct Yarn {
     /// False when this yarn direction is absent (`"absent": true`): no tension, no crimp, only its count.
+    #[serde(rename = "absent", deserialize_with = "not")]
     pub present: bool,
     /// Mass per length of the straight yarn [kg/m].
     pub linear_density: f64,
@@ -50,41 +66,131 @@ pub struct Yarn {
     pub crimp: f64,
 }
 
+impl Default for Yarn {
+    /// A yarn that carries nothing, weighs nothing and never breaks.
+    fn default() -> Self {
+        Self { present: false, linear_density: 0.0, modulus: 0.0, failure_strain: 1.0, count: 0.0, crimp: 0.0 }
+    }
+}
+
+fn not<'de, D: Deserializer<'de>>(deserializer: D) -> Result<bool, D::Error> {
+    bool::deserialize(deserializer).map(|flag| !flag)
+}
+
+/// Keys of a yarn; those of a linear density and of a count are one number of [`Yarn`] each.
+#[derive(JsonSchema)]
+#[allow(dead_code, reason = "for their schema")]
+struct YarnKeys {
+    /// True: no yarn in this direction, its count still sets the element size.
+    ///
+    /// Default: a woven fabric has both yarns.
+    #[schemars(extend("default" = false))]
+    absent: bool,
+    /// Mass of 9000 m of yarn.
+    #[schemars(range(min = 0.01, max = 1e6), extend("group" = "linear density", "only" = {"absent": "false"}))]
+    linear_density_denier: Option<f64>,
+    /// Mass of 1000 m of yarn.
+    #[schemars(range(min = 0.001, max = 1e5), extend("group" = "linear density", "only" = {"absent": "false"}))]
+    linear_density_tex: Option<f64>,
+    /// Mass of 10 000 m of yarn.
+    #[schemars(range(min = 0.01, max = 1e6), extend("group" = "linear density", "only" = {"absent": "false"}))]
+    linear_density_dtex: Option<f64>,
+    /// Axial modulus of the fibre.
+    #[schemars(range(min = 1e-6, max = 1e4), extend("only" = {"absent": "false"}))]
+    modulus_gpa: f64,
+    /// Axial strain at which the yarn breaks; 1: never.
+    #[schemars(range(max = 1), extend("exclusiveMinimum" = 0, "only" = {"absent": "false"}))]
+    failure_strain: f64,
+    /// Crossovers along this yarn per inch.
+    #[schemars(range(min = 0.1, max = 1000), extend("group" = "count"))]
+    count_per_inch: Option<f64>,
+    /// Crossovers along this yarn per cm.
+    #[schemars(range(min = 0.04, max = 400), extend("group" = "count"))]
+    count_per_cm: Option<f64>,
+    /// Yarn length over fabric length, minus one.
+    #[schemars(range(min = 0, max = 0.5), extend("only" = {"absent": "false"}))]
+    crimp: f64,
+}
+
 /// The warp–weft interaction law.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 pub struct Crossover {
     /// Unit-cell law.
+    ///
+    /// Default: the paper's (11)-(24).
+    #[schemars(extend("default" = "published"))]
     pub law: Law,
     /// In-plane force of the published law.
+    ///
+    /// Default: the paper's yarn tension.
+    #[schemars(extend("default" = "tension"))]
     pub membrane_force: MembraneForce,
-    /// Initial gap g between the yarns (22) [m].
+    /// Initial gap between the yarns, (22) [m].
+    ///
+    /// Default: assumed: not published for this fabric.
+    #[schemars(rename = "gap_mm", range(min = 0, max = 1), extend("default" = 0))]
     pub gap: f64,
-    /// Transverse compression (21); `None` is a rigid crossover.
+    /// Transverse compression of the yarns, (21).
+    #[schemars(with = "WordOr<NoCompression, Compression>", extend("default" = {}, "none" = "rigid"))]
     pub compression: Option<Compression>,
 }
 
 /// Constants of the transverse compression law (21).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 pub struct Compression {
-    /// Largest transverse compression a [m].
+    /// Largest compression a of (21); a = b = 0 is rigid [m].
+    ///
+    /// Default: assumed: not published for this fabric.
+    #[schemars(rename = "a_mm", range(min = 0, max = 10), extend("default" = 0.10))]
     pub a: f64,
-    /// b [m·N^(1/3)].
+    /// b of (21) [m·N^(1/3)].
+    ///
+    /// Default: assumed: not published for this fabric.
+    #[schemars(rename = "b_mm_n13", range(min = 0, max = 10), extend("default" = 0.10))]
     pub b: f64,
 }
 
 /// Trellis shear (25).
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 pub struct Shear {
     /// Modulus before locking [Pa].
+    ///
+    /// Default: assumed: not published for this fabric.
+    #[schemars(rename = "g1_mpa", range(min = 0, max = 1e6), extend("default" = 10))]
     pub g1: f64,
-    /// Modulus after locking [Pa].
+    /// Modulus after locking, at least g1_mpa [Pa].
+    ///
+    /// Default: assumed: not published for this fabric.
+    #[schemars(rename = "g2_mpa", range(min = 0, max = 1e6), extend("default" = 1000))]
     pub g2: f64,
     /// Shear angle where locking begins [rad].
+    ///
+    /// Default: assumed: not published for this fabric.
+    #[schemars(range(min = 0, max = 1.5), extend("unit" = "rad", "default" = 0.35))]
     pub gamma1: f64,
-    /// Shear angle where locking is complete [rad].
+    /// Shear angle where locking is complete, at least gamma1 [rad].
+    ///
+    /// Default: assumed: not published for this fabric.
+    #[schemars(range(min = 0, max = 1.5), extend("unit" = "rad", "default" = 0.60))]
     pub gamma2: f64,
-    /// How G enters the stress.
+    /// Tangent: dτ/dγ = G(γ).
+    ///
+    /// Default: model: G of (25) as the slope of the stress.
+    #[schemars(extend("default" = "tangent"))]
     pub modulus: ShearModulus,
+}
+
+/// Keys of [`Shear`], and the thickness, which belongs to the fabric as well.
+#[derive(JsonSchema)]
+#[allow(dead_code, reason = "for their schema")]
+struct ShearKeys {
+    /// Thickness that carries the shear stress.
+    ///
+    /// Otherwise: the fabric's thickness_mm.
+    #[schemars(range(min = 1e-3, max = 100))]
+    thickness_mm: Option<f64>,
+    #[schemars(flatten)]
+    shear: Shear,
 }
 
 choices! {
@@ -129,215 +235,63 @@ impl Yarn {
     }
 }
 
-/// Keys of a fabric, of a case, of a group of plies, or of a file of its own.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[schemars(extend("file" = true))]
-pub(super) struct FabricKeys {
-    /// Designation.
-    name: Text,
-    /// Density of the fibre; gives the yarn's section.
-    #[schemars(range(min = 100.0, max = 30_000.0))]
-    fibre_density_kg_m3: KgM3,
-    /// Mass per area of the fabric.
-    #[schemars(range(min = 0.01, max = 1e5), extend("derived" = "linear density × (1 + crimp) × count of both yarns"))]
-    areal_density_g_m2: Option<GM2>,
-    /// Yarns along X.
-    warp: YarnKeys,
-    /// Yarns along Y.
-    weft: YarnKeys,
-    /// Interaction of warp and weft.
-    #[schemars(extend("default" = {}))]
-    crossover: CrossoverKeys,
-    /// Thickness of the fabric: shear resultant and ply spacing.
-    #[schemars(range(min = 1e-3, max = 100.0), extend("default" = 0.30, "source" = NOT_PUBLISHED, "or" = "/shear/thickness_mm"))]
-    thickness_mm: Option<Mm>,
-    /// Resistance to trellis shear, (25) of the paper.
-    #[schemars(extend("default" = {}))]
-    shear: WordOr<NoShear, ShearKeys>,
-}
-
-#[derive(Debug, Deserialize, JsonSchema)]
-struct YarnKeys {
-    /// True: no yarn in this direction, its count still sets the element size.
-    #[schemars(extend("default" = false, "source" = "a woven fabric has both yarns"))]
-    absent: bool,
-    /// Mass of 9000 m of yarn.
-    #[schemars(range(min = 0.01, max = 1e6), extend("group" = "linear density", "only" = {"absent": ["false"]}))]
-    linear_density_denier: Option<Denier>,
-    /// Mass of 1000 m of yarn.
-    #[schemars(range(min = 0.001, max = 1e5), extend("group" = "linear density", "only" = {"absent": ["false"]}))]
-    linear_density_tex: Option<Tex>,
-    /// Mass of 10 000 m of yarn.
-    #[schemars(range(min = 0.01, max = 1e6), extend("group" = "linear density", "only" = {"absent": ["false"]}))]
-    linear_density_dtex: Option<Dtex>,
-    /// Axial modulus of the fibre.
-    #[schemars(range(min = 1e-6, max = 1e4), extend("only" = {"absent": ["false"]}))]
-    modulus_gpa: Option<Gpa>,
-    /// Axial strain at which the yarn breaks; 1: never.
-    #[schemars(range(max = 1.0), extend("exclusiveMinimum" = 0.0, "only" = {"absent": ["false"]}))]
-    failure_strain: Option<f64>,
-    /// Crossovers along this yarn per inch.
-    #[schemars(range(min = 0.1, max = 1000.0), extend("group" = "count"))]
-    count_per_inch: Option<PerInch>,
-    /// Crossovers along this yarn per cm.
-    #[schemars(range(min = 0.04, max = 400.0), extend("group" = "count"))]
-    count_per_cm: Option<PerCm>,
-    /// Yarn length over fabric length, minus one.
-    #[schemars(range(min = 0.0, max = 0.5), extend("only" = {"absent": ["false"]}))]
-    crimp: Option<f64>,
-}
-
-#[derive(Debug, Deserialize, JsonSchema)]
-struct CrossoverKeys {
-    /// Unit-cell law.
-    #[schemars(extend("default" = "published", "source" = "the paper's (11)-(24)"))]
-    law: Law,
-    /// In-plane force of the published law.
-    #[schemars(extend("default" = "tension", "source" = "the paper's yarn tension"))]
-    membrane_force: MembraneForce,
-    /// Initial gap between the yarns, (22).
-    #[schemars(range(min = 0.0, max = 1.0), extend("default" = 0.0, "source" = NOT_PUBLISHED))]
-    gap_mm: Mm,
-    /// Transverse compression of the yarns, (21).
-    #[schemars(extend("default" = {}))]
-    compression: WordOr<NoCompression, CompressionKeys>,
-}
-
-#[derive(Debug, Deserialize, JsonSchema)]
-struct CompressionKeys {
-    /// Largest compression a of (21); a = b = 0 is rigid.
-    #[schemars(range(min = 0.0, max = 10.0), extend("default" = 0.10, "source" = NOT_PUBLISHED))]
-    a_mm: Mm,
-    /// b of (21).
-    #[schemars(range(min = 0.0, max = 10.0), extend("default" = 0.10, "source" = NOT_PUBLISHED))]
-    b_mm_n13: MmN13,
-}
-
-#[derive(Debug, Deserialize, JsonSchema)]
-struct ShearKeys {
-    /// Thickness that carries the shear stress.
-    #[schemars(range(min = 1e-3, max = 100.0), extend("derived" = "the fabric's thickness_mm"))]
-    thickness_mm: Option<Mm>,
-    /// Modulus before locking.
-    #[schemars(range(min = 0.0, max = 1e6), extend("default" = 10.0, "source" = NOT_PUBLISHED))]
-    g1_mpa: Mpa,
-    /// Modulus after locking, at least g1_mpa.
-    #[schemars(range(min = 0.0, max = 1e6), extend("default" = 1000.0, "source" = NOT_PUBLISHED))]
-    g2_mpa: Mpa,
-    /// Shear angle where locking begins.
-    #[schemars(range(min = 0.0, max = 1.5), extend("default" = 0.35, "source" = NOT_PUBLISHED))]
-    gamma1: Rad,
-    /// Shear angle where locking is complete, at least gamma1.
-    #[schemars(range(min = 0.0, max = 1.5), extend("default" = 0.60, "source" = NOT_PUBLISHED))]
-    gamma2: Rad,
-    /// Tangent: dτ/dγ = G(γ).
-    #[schemars(extend("default" = "tangent", "source" = "model: G of (25) as the slope of the stress"))]
-    modulus: ShearModulus,
-}
-
-impl FabricKeys {
-    /// The fabric whose keys stand at the pointer `at`.
-    pub(super) fn fabric(self, at: &str, record: &Provenance) -> Result<Fabric, CaseError> {
-        let [warp, weft] = [self.warp, self.weft].map(YarnKeys::yarn);
+impl Fabric {
+    /// Completes and checks the fabric whose keys stand at the pointer `at`.
+    pub(super) fn complete(&mut self, at: &str, record: &Provenance) -> Result<(), CaseError> {
+        let at = |key: &str| format!("{at}{key}");
+        let (warp, weft) = (&self.warp, &self.weft);
         if !warp.present && !weft.present {
-            let error = CaseError::at(at, "at least one yarn", "both absent");
+            let error = CaseError::at(at(""), "at least one yarn", "both absent");
             return Err(error.help("leave \"absent\" out of \"warp\" or \"weft\""));
         }
-        let areal_density = self.areal_density_g_m2.map(GM2::si).unwrap_or_else(|| {
-            let per_area = |yarn: &Yarn, other: &Yarn| yarn.linear_density * (1.0 + yarn.crimp) * other.count;
-            let assumed = ["warp", "weft"].iter().any(|yarn| record.is_any_assumed(&format!("{at}/{yarn}")));
-            let sum = per_area(&warp, &weft) + per_area(&weft, &warp);
-            record.derive(&format!("{at}/areal_density_g_m2"), sum, "", assumed)
-        });
-        let crossover = self.crossover.crossover(&format!("{at}/crossover"))?;
-        let [of_fabric, of_shear] = ["thickness_mm", "shear/thickness_mm"].map(|key| format!("{at}/{key}"));
-        let (given, own) = match &self.shear {
-            WordOr::Keys(keys) => (self.thickness_mm, keys.thickness_mm),
-            WordOr::Word(_) => (self.thickness_mm, None),
-        };
+        let per_area = |yarn: &Yarn, other: &Yarn| yarn.linear_density * (1.0 + yarn.crimp) * other.count;
+        let sum = per_area(warp, weft) + per_area(weft, warp);
+        let assumed = ["/warp", "/weft"].iter().any(|yarn| record.is_any_assumed(&at(yarn)));
+        record.fill(&at("/areal_density_g_m2"), &mut self.areal_density, sum, "", assumed);
+        self.crossover.complete(&at("/crossover/compression"))?;
         // The thickness may stand with the fabric or with its shear; both must agree.
-        let thickness = match (given.map(Mm::si), own.map(Mm::si)) {
-            (Some(given), Some(own)) if given != own => {
-                let error = CaseError::at(&of_shear, format!("the thickness at {of_fabric}"), record.number(&of_shear));
+        let [of_fabric, of_shear] = [at("/thickness_mm"), at("/shear/thickness_mm")];
+        if record.has(&of_shear) {
+            let (own, given) = (record.number(&of_shear), record.number(&of_fabric));
+            if record.has(&of_fabric) && own != given {
+                let error = CaseError::at(of_shear, format!("the thickness at {of_fabric}"), own);
                 return Err(error.help("give one of the two: a fabric has one thickness"));
             }
-            (Some(given), own) => {
-                if own.is_none() && matches!(self.shear, WordOr::Keys(_)) {
-                    record.derive(&of_shear, given, "", record.is_assumed(&of_fabric));
-                }
-                given
-            }
-            (None, own) => {
-                let assumed = record.is_assumed(&of_shear);
-                record.derive(&of_fabric, own.unwrap_or_default(), "shear's thickness_mm", assumed)
-            }
-        };
-        let shear = match self.shear {
-            WordOr::Word(_) => None,
-            WordOr::Keys(keys) => Some(keys.shear(&format!("{at}/shear"), record)?),
-        };
-        let (name, fibre_density) = (self.name.0, self.fibre_density_kg_m3.si());
-        Ok(Fabric { name, fibre_density, areal_density, warp, weft, crossover, shear, thickness })
-    }
-}
-
-impl YarnKeys {
-    /// The yarn; one that is absent carries nothing, weighs nothing and never breaks.
-    fn yarn(self) -> Yarn {
-        let linear_density = self.linear_density_denier.map(Denier::si);
-        let linear_density = linear_density.or(self.linear_density_tex.map(Tex::si));
-        Yarn {
-            present: !self.absent,
-            linear_density: linear_density.or(self.linear_density_dtex.map(Dtex::si)).unwrap_or(0.0),
-            modulus: self.modulus_gpa.map_or(0.0, Gpa::si),
-            failure_strain: self.failure_strain.unwrap_or(1.0),
-            count: self.count_per_inch.map(PerInch::si).or(self.count_per_cm.map(PerCm::si)).unwrap_or_default(),
-            crimp: self.crimp.unwrap_or(0.0),
+            let own = record.si(&of_shear);
+            record.fill(&of_fabric, &mut self.thickness, own, "shear's thickness_mm", record.is_assumed(&of_shear));
+        } else if self.shear.is_some() {
+            record.derive(&of_shear, self.thickness, "", record.is_assumed(&of_fabric));
         }
-    }
-}
-
-impl CrossoverKeys {
-    fn crossover(self, at: &str) -> Result<Crossover, CaseError> {
-        let compression = match self.compression {
-            WordOr::Word(_) => None,
-            WordOr::Keys(keys) => keys.compression(&format!("{at}/compression"))?,
-        };
-        Ok(Crossover { law: self.law, membrane_force: self.membrane_force, gap: self.gap_mm.si(), compression })
-    }
-}
-
-impl CompressionKeys {
-    fn compression(self, at: &str) -> Result<Option<Compression>, CaseError> {
-        let (a, b) = (self.a_mm.si(), self.b_mm_n13.si());
-        match (a > 0.0, b > 0.0) {
-            (true, true) if b < LEAST_COMPRESSION * a => {
-                let expected = format!("b_mm_n13 at least {LEAST_COMPRESSION:e} of a_mm, or both 0");
-                let error = CaseError::at(at, expected, format!("{:e} of it", b / a));
-                Err(error.help("at the first touch such a crossover would be softer than numbers can tell"))
-            }
-            (true, true) => Ok(Some(Compression { a, b })),
-            (false, false) => Ok(None),
-            (a_positive, _) => {
-                let found = if a_positive { "b_mm_n13 = 0 with a_mm > 0" } else { "a_mm = 0 with b_mm_n13 > 0" };
-                let error = CaseError::at(at, "a_mm and b_mm_n13 both above 0, or both 0", found);
-                Err(error.help("write \"compression\": \"rigid\" for a crossover without compression"))
-            }
-        }
-    }
-}
-
-impl ShearKeys {
-    fn shear(self, at: &str, record: &Provenance) -> Result<Shear, CaseError> {
-        let [g1, g2] = [self.g1_mpa, self.g2_mpa].map(Mpa::si);
-        let [gamma1, gamma2] = [self.gamma1, self.gamma2].map(Rad::si);
+        let Some(Shear { g1, g2, gamma1, gamma2, .. }) = self.shear else { return Ok(()) };
         for (low, high, ordered) in [("g1_mpa", "g2_mpa", g1 <= g2), ("gamma1", "gamma2", gamma1 <= gamma2)] {
             if !ordered {
-                let [low, above] = [low, high].map(|name| format!("{at}/{name}"));
+                let [low, above] = [low, high].map(|key| at(&format!("/shear/{key}")));
                 let expected = format!("at most {high}, which is {}", record.value(&above));
                 return Err(CaseError::at(&low, expected, record.value(&low)));
             }
         }
-        Ok(Shear { g1, g2, gamma1, gamma2, modulus: self.modulus })
+        Ok(())
+    }
+}
+
+impl Crossover {
+    /// Checks the compression, whose keys stand at the pointer `at`; constants that are both 0 are those of a rigid crossover.
+    fn complete(&mut self, at: &str) -> Result<(), CaseError> {
+        let Some(Compression { a, b }) = self.compression else { return Ok(()) };
+        match (a > 0.0, b > 0.0) {
+            (true, true) if b < LEAST_COMPRESSION * a => {
+                let expected = format!("b_mm_n13 at least {LEAST_COMPRESSION:e} of a_mm, or both 0");
+                let error = CaseError::at(at, expected, format!("{:e} of it", b / a));
+                return Err(error.help("at the first touch such a crossover would be softer than numbers can tell"));
+            }
+            (true, true) => {}
+            (false, false) => self.compression = None,
+            (a_positive, _) => {
+                let found = if a_positive { "b_mm_n13 = 0 with a_mm > 0" } else { "a_mm = 0 with b_mm_n13 > 0" };
+                let error = CaseError::at(at, "a_mm and b_mm_n13 both above 0, or both 0", found);
+                return Err(error.help("write \"compression\": \"rigid\" for a crossover without compression"));
+            }
+        }
+        Ok(())
     }
 }

@@ -5,11 +5,10 @@ use std::path::{Component, Path, PathBuf};
 
 use serde_json::{Map, Value, json};
 
-use super::error::CaseError;
-use super::keys::check_sources;
+use super::check::check_sources;
+use super::error::{CaseError, describe, escape, index, is_at_or_below, quote};
 use super::pack::{LAYUP, MAX_PLIES};
-use super::text::{describe, escape, index, is_at_or_below, quote};
-use super::{json, read, set};
+use super::{read, set};
 
 /// Pointer of the fabric of every ply that has none of its own.
 const COMMON: &str = "/fabric";
@@ -125,7 +124,7 @@ pub(super) fn inline(document: &mut Value, source: &FabricSource<'_>) -> Result<
     for place in std::iter::once(COMMON.to_owned()).chain(own) {
         let Some(name) = file_name(document.pointer(&place), &place)? else { continue };
         let (file, text) = text_of(&name, source, &place)?;
-        let fabric = json::parse(&text).and_then(|value| own_sources(value, &name, &place));
+        let fabric = read::parse(&text).and_then(|value| own_sources(value, &name, &place));
         let (fabric, own) = fabric.map_err(|error| error.in_file(&file))?;
         if let Some(stands) = document.pointer_mut(&place) {
             *stands = fabric;
@@ -217,7 +216,3 @@ fn own_sources(mut fabric: Value, name: &str, place: &str) -> Result<(Value, Map
     all.extend(own);
     Ok((fabric, all))
 }
-
-#[cfg(test)]
-#[path = "fabric_file_tests.rs"]
-mod tests;

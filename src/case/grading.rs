@@ -3,9 +3,9 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::error::millimetres;
+use super::keys::{WordOr, choices};
 use super::provenance::Provenance;
-use super::text::millimetres;
-use super::units::{Mm, WordOr, choices};
 use super::{CaseError, Layer, Projectile, Shape};
 
 /// Fine elements reach this far from the projectile's wall by default, over its radius [-].
@@ -47,30 +47,31 @@ choices! {
     }
 }
 
-#[derive(Debug, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 pub(super) struct GradingKeys {
     /// Up to this distance from the projectile's way through the pack, along warp and weft, elements have
     /// crossovers_per_element. The way of a point that strikes obliquely goes on while it pushes the ply in, by an eighth of
     /// the smaller side, at most that far.
-    #[schemars(
-        range(min = 0.0, max = 1e5),
-        extend("derived" = "two radii of the projectile, and as far as a yawed tail swings out")
-    )]
-    fine_radius_mm: Option<Mm>,
+    ///
+    /// Otherwise: two radii of the projectile, and as far as a yawed tail swings out.
+    #[schemars(rename = "fine_radius_mm", range(min = 0, max = 1e5))]
+    fine_radius: Option<f64>,
     /// Largest ratio of the lengths of neighbouring elements.
-    #[schemars(range(min = 1.0, max = 2.0), extend("default" = 1.2, "source" = NO_BETTER))]
+    ///
+    /// Default: measured: smaller ones keep the outcome no better.
+    #[schemars(range(min = 1, max = 2), extend("default" = 1.2))]
     growth_ratio: f64,
     /// Crossovers along a side of the largest elements.
-    #[schemars(range(min = 1, max = 64), extend("default" = 6, "source" = NO_BETTER))]
+    ///
+    /// Default: measured: smaller ones keep the outcome no better.
+    #[schemars(range(min = 1, max = 64), extend("default" = 6))]
     max_crossovers: u32,
     /// Where lines of nodes are counted from: the hit, at which two of them cross, or the edges of the ply.
-    #[schemars(extend(
-        "default" = "hit", "source" = "measured: the result does not depend on where in a cell the projectile hits"
-    ))]
+    ///
+    /// Default: measured: the result does not depend on where in a cell the projectile hits.
+    #[schemars(extend("default" = "hit"))]
     lines_from: LinesFrom,
 }
-
-const NO_BETTER: &str = "measured: smaller ones keep the outcome no better";
 
 impl GradingKeys {
     /// The grading of a pack of which each element of the finest size has `side` crossovers along a side. `graded`: whether it is graded
@@ -92,8 +93,8 @@ impl GradingKeys {
             Some(WordOr::Word(GradingWord::Graded)) => record.defaults(&at(""))?,
             Some(WordOr::Keys(keys)) => keys,
         };
-        let fine = match (keys.fine_radius_mm, projectile) {
-            (Some(radius), _) => radius.si(),
+        let fine = match (keys.fine_radius, projectile) {
+            (Some(radius), _) => radius,
             (None, Some(projectile)) => record.derive(&at("/fine_radius_mm"), fine_radius(projectile), "", false),
             (None, None) => {
                 let error =
@@ -127,7 +128,7 @@ impl GradingKeys {
 
 /// Fine radius for a projectile [m]: [`FINE_RADII`], and as far as a yawed body's tail swings out.
 fn fine_radius(projectile: &Projectile) -> f64 {
-    let (diameter, length) = (projectile.shape.diameter(), projectile.shape.length());
+    let [diameter, length] = projectile.shape.sizes();
     0.5 * diameter * (1.0 + FINE_RADII) + length * projectile.yaw.sin().abs()
 }
 

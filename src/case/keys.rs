@@ -1,31 +1,119 @@
 //! Every key of the case file: the schema of the types that hold them, and what stands in a document against it.
 //!
-//! A key is written once, as a field of such a type. Beside its type, its range and its doc comment the schema has, as the field says:
-//! - `unit`: that of its numbers;
-//! - `default` with `source`, or `derived`, or `without`: its value where it is left out, and where that comes from or what it means;
-//! - `where`: the value of another key with which the default holds; `or`: what may be given in its place, as a pointer from its object;
+//! A key is written once, as a field of such a type, with its range and its doc comment. Its unit is the end of its name; the SI unit that the
+//! comment ends in is that of the field. A last paragraph says what holds where the key is left out: "Default:" and the source of the
+//! default, "Otherwise:" and how the value is computed, or "Left out:" and what that means. Besides the schema has, as the field says:
+//! - `default`: the value where the key is left out; `where`: the value of another key with which that holds;
+//! - `or`: what may be given in its place, as a pointer from its object;
 //! - `only`: the values of another key beside which it belongs; `with`: a key that must be given beside it;
 //! - `group`: a name that it shares with others, of which exactly one is given;
-//! - `help`: what to say of a value out of range.
+//! - `help`: what to say of a value out of range; `none`: the word that stands for no object.
 
+use std::f64::consts::PI;
 use std::sync::LazyLock;
 
+use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
-use serde_json::Value;
+use serde::Deserialize;
+use serde_json::{Map, Value};
 
 use super::CaseKeys;
-use super::error::CaseError;
-use super::text::{
-    describe, escape, index, is_at_or_below, json_number, list, nearest, number_text, percent, quote, text_of, whole,
-};
+use super::error::{index, json_number, list, number_text, percent, quote, text_of, whole};
 
-/// Keys that are gone, or those of a key's words that are, and what to do instead.
-const REMOVED: [(&str, &str, &str); 4] = [
-    ("unit_cell", "", "leave \"unit_cell\" out: unit cells are solved in one way"),
-    ("law", "kawabata", "a case has no such law; `ripstop crossover --law kawabata` draws its curves"),
-    ("membrane_force", "projected", "leave \"membrane_force\" out: the force of a case is the yarn tension"),
-    ("modulus", "secant", "leave \"modulus\" out: the modulus of a case is the slope of the stress"),
+/// Unit of a key: SI = value · numerator / denominator, so that decimal factors round once.
+pub(super) struct Unit {
+    /// End of the names of its keys.
+    end: &'static str,
+    /// Its sign.
+    pub(super) name: &'static str,
+    numerator: f64,
+    denominator: f64,
+}
+
+/// Units by the ends of the names of their keys; of several that fit the first is meant.
+#[rustfmt::skip]
+const UNITS: [Unit; 18] = [
+    Unit { end: "_deg", name: "deg", numerator: PI, denominator: 180.0 },
+    Unit { end: "_mm", name: "mm", numerator: 1.0, denominator: 1e3 },
+    Unit { end: "_mm_n13", name: "mm·N^(1/3)", numerator: 1.0, denominator: 1e3 },
+    Unit { end: "_us", name: "µs", numerator: 1.0, denominator: 1e6 },
+    Unit { end: "_m_s", name: "m/s", numerator: 1.0, denominator: 1.0 },
+    Unit { end: "_rad_s", name: "rad/s", numerator: 1.0, denominator: 1.0 },
+    Unit { end: "_g", name: "g", numerator: 1.0, denominator: 1e3 },
+    Unit { end: "_g_mm2", name: "g·mm²", numerator: 1.0, denominator: 1e9 },
+    Unit { end: "_kg_m3", name: "kg/m³", numerator: 1.0, denominator: 1.0 },
+    Unit { end: "_g_m2", name: "g/m²", numerator: 1.0, denominator: 1e3 },
+    Unit { end: "_denier", name: "denier", numerator: 1.0, denominator: 9e6 },
+    Unit { end: "_tex", name: "tex", numerator: 1.0, denominator: 1e6 },
+    Unit { end: "_dtex", name: "dtex", numerator: 1.0, denominator: 1e7 },
+    Unit { end: "_per_inch", name: "1/inch", numerator: 1e4, denominator: 254.0 },
+    Unit { end: "_per_cm", name: "1/cm", numerator: 100.0, denominator: 1.0 },
+    Unit { end: "_gpa", name: "GPa", numerator: 1e9, denominator: 1.0 },
+    Unit { end: "_mpa", name: "MPa", numerator: 1e6, denominator: 1.0 },
+    Unit { end: "_n_per_m", name: "N/m", numerator: 1.0, denominator: 1.0 },
 ];
+
+/// A key's name without its unit, and the unit.
+pub(super) fn split_unit(key: &str) -> (&str, Option<&'static Unit>) {
+    let found = UNITS.iter().find_map(|unit| Some((key.strip_suffix(unit.end)?, Some(unit))));
+    found.unwrap_or((key, None))
+}
+
+impl Unit {
+    pub(super) fn to_si(&self, value: f64) -> f64 {
+        value * self.numerator / self.denominator
+    }
+
+    pub(super) fn of_si(&self, si: f64) -> f64 {
+        si * self.denominator / self.numerator
+    }
+}
+
+/// A word, or the object that stands in its place.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub(super) enum WordOr<W, K> {
+    Word(W),
+    Keys(K),
+}
+
+/// A choice that the case file names by a word.
+pub(crate) trait Word: Copy {
+    /// The word of the case file.
+    fn word(self) -> &'static str;
+}
+
+/// Choices with the word of the case file for each, and other words that are read as it.
+macro_rules! choices {
+    ($($(#[$doc:meta])* $vis:vis enum $name:ident {
+        $($(#[$about:meta])* $variant:ident = $word:literal $(or $alias:literal)*,)+
+    })+) => {$(
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Deserialize)]
+        $vis enum $name {
+            $($(#[$about])* #[serde(rename = $word)] $variant,)+
+        }
+
+        impl $crate::case::keys::Word for $name {
+            fn word(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $word,)+
+                }
+            }
+        }
+
+        impl schemars::JsonSchema for $name {
+            fn schema_name() -> std::borrow::Cow<'static, str> {
+                stringify!($name).into()
+            }
+
+            fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+                schemars::json_schema!({"enum": [$($word),+], "aliases": {$($($alias: $word,)*)+}})
+            }
+        }
+    )+};
+}
+pub(super) use choices;
 
 /// The schema of a case, every object in its place.
 pub(super) static CASE: LazyLock<Value> = LazyLock::new(|| {
@@ -57,13 +145,35 @@ fn tidy(node: &mut Value) {
             if let Some(Value::Array(words)) = map.get_mut("enum") {
                 words.retain(|word| !word.is_null());
             }
-            if let Some(Value::String(text)) = map.get_mut("description") {
-                *text = text.replace('\n', " ");
+            if let Some(text) = map.get("description").and_then(Value::as_str).map(str::to_owned) {
+                document(map, &text);
             }
             map.shift_remove("format");
+            if map.contains_key("derived") {
+                map.shift_remove("default");
+            }
+            for (name, key) in map.get_mut("properties").and_then(Value::as_object_mut).into_iter().flatten() {
+                let Some(unit) = split_unit(name).1 else { continue };
+                let items = key.get("items").is_some();
+                (if items { &mut key["items"] } else { key })["unit"] = Value::from(unit.name);
+            }
             map.values_mut().for_each(tidy);
         }
         _ => {}
+    }
+}
+
+/// Puts what a doc comment says into a schema: what the key means, without the SI unit, and what holds where it is left out.
+fn document(map: &mut Map<String, Value>, text: &str) {
+    for paragraph in text.split("\n\n").map(|paragraph| paragraph.replace('\n', " ")) {
+        let without = [("Default: ", "source"), ("Otherwise: ", "derived"), ("Left out: ", "without")];
+        let found = without.iter().find_map(|(word, property)| Some((property, paragraph.strip_prefix(word)?)));
+        let (property, text) = match (found, paragraph.strip_suffix("].").and_then(|text| text.rsplit_once(" ["))) {
+            (Some((property, text)), _) => (*property, text.strip_suffix('.').unwrap_or(text).to_owned()),
+            (None, Some((text, _))) => ("description", format!("{text}.")),
+            (None, None) => ("description", paragraph),
+        };
+        map.insert(property.to_owned(), Value::from(text));
     }
 }
 
@@ -137,7 +247,7 @@ impl Key {
     }
 
     /// Whether it has to be given.
-    fn is_missing(&self, keys: &[Self], object: &Value) -> bool {
+    pub(super) fn is_missing(&self, keys: &[Self], object: &Value) -> bool {
         let value = |(other, values)| (value_of(other, keys, object), values);
         match (self.condition("where").map(value), self.condition("only").map(value)) {
             (Some((found, values)), _) if !self.text("or").is_empty() => {
@@ -159,7 +269,7 @@ impl Key {
 }
 
 /// The value of a key that others depend on, given or by default, where it is one that may stand there.
-fn value_of(name: &str, keys: &[Key], object: &Value) -> Option<String> {
+pub(super) fn value_of(name: &str, keys: &[Key], object: &Value) -> Option<String> {
     let key = keys.iter().find(|key| key.name == name)?;
     let value = object.get(name).or(key.node.get("default"))?;
     accepts(key.node, value).then(|| text_of(value))
@@ -211,7 +321,7 @@ pub(super) fn pointers() -> Vec<String> {
 }
 
 /// Whether a value may stand where a schema describes it, its own keys aside.
-fn accepts(node: &Value, value: &Value) -> bool {
+pub(super) fn accepts(node: &Value, value: &Value) -> bool {
     if let Some(choices) = node["anyOf"].as_array() {
         return choices.iter().any(|choice| accepts(choice, value));
     }
@@ -235,14 +345,14 @@ fn accepts(node: &Value, value: &Value) -> bool {
 }
 
 /// The items of a list of an allowed length.
-fn fits<'a>(node: &Value, value: &'a Value) -> Option<&'a Vec<Value>> {
+pub(super) fn fits<'a>(node: &Value, value: &'a Value) -> Option<&'a Vec<Value>> {
     let bound = |name: &str, none: u64| node[name].as_u64().unwrap_or(none);
     let lengths = bound("minItems", 0)..=bound("maxItems", u64::MAX);
     value.as_array().filter(|items| lengths.contains(&(items.len() as u64)))
 }
 
 /// What may stand where a schema describes it, in words.
-fn expected(node: &'static Value) -> String {
+pub(super) fn expected(node: &'static Value) -> String {
     if let Some(choices) = node["anyOf"].as_array() {
         let or = if choices.iter().any(|choice| choice.get("pattern").is_some()) { ", or " } else { " or " };
         return choices.iter().map(expected).collect::<Vec<_>>().join(or);
@@ -303,173 +413,6 @@ pub(super) fn without_aliases(node: &'static Value, value: &mut Value) {
         Value::Array(items) => items.iter_mut().for_each(|item| without_aliases(&node["items"], item)),
         _ => {}
     }
-}
-
-/// Everything in a document that is not as its key says, in the order of the document.
-pub(super) fn check(document: &Value) -> Vec<CaseError> {
-    if !document.is_object() {
-        return vec![CaseError::at("", "an object", describe(document))];
-    }
-    let mut errors = Vec::new();
-    check_object("", &CASE, document, &mut errors);
-    if let Some(given) = document.get("sources").filter(|given| given.is_object()) {
-        errors.extend(check_sources(given, "", document).err());
-    }
-    errors
-}
-
-fn check_object(pointer: &str, node: &'static Value, object: &Value, errors: &mut Vec<CaseError>) {
-    let keys = keys(node);
-    let mut meant = Vec::new();
-    for (name, value) in object.as_object().into_iter().flatten() {
-        let Some(key) = keys.iter().find(|key| key.name == name) else {
-            meant.extend(nearest(name, keys.iter().map(|key| key.name)));
-            errors.push(unknown(pointer, &keys, name));
-            continue;
-        };
-        let place = format!("{pointer}/{name}");
-        match misplaced(&place, key, value, &keys, object) {
-            Some(error) => errors.push(error),
-            None if key.is_nullable() && value.is_null() => {}
-            None => check_value(&place, key, value, errors),
-        }
-    }
-    // Who wrote a key wrong need not hear that it is missing.
-    let absent = |key: &&Key| object.get(key.name).is_none() && !meant.contains(&key.name);
-    for key in keys.iter().filter(absent).filter(|key| key.belongs(&keys, object) && key.is_missing(&keys, object)) {
-        let error = CaseError::at(format!("{pointer}/{}", key.name), expected(key.node), "nothing");
-        let instead = key.text("or").strip_prefix('/').map(|or| format!(", or {}", quote(or))).unwrap_or_default();
-        errors.push(error.help(format!("{}{instead} is required: {}", quote(key.name), key.text("description"))));
-    }
-    let mut groups: Vec<&str> = Vec::new();
-    for key in keys.iter().filter(|key| !key.text("group").is_empty() && key.belongs(&keys, object)) {
-        if !groups.contains(&key.text("group")) {
-            groups.push(key.text("group"));
-        }
-    }
-    for group in groups {
-        let names: Vec<&str> = keys.iter().filter(|key| key.text("group") == group).map(|key| key.name).collect();
-        let given: Vec<&str> = names.iter().copied().filter(|name| object.get(name).is_some()).collect();
-        errors.extend(match given[..] {
-            [_] => None,
-            [] => Some(CaseError::at(pointer, format!("a {group}: {}", list(names)), "none of them")),
-            [_, second, ..] => {
-                let found = format!("{} of them", given.len());
-                Some(CaseError::at(format!("{pointer}/{second}"), format!("one {group}: {}", list(names)), found))
-            }
-        });
-    }
-}
-
-/// Checks a value, and the keys below it.
-fn check_value(place: &str, key: &Key, value: &Value, errors: &mut Vec<CaseError>) {
-    let items = fits(key.node, value).filter(|_| key.node["type"] == "array");
-    if !accepts(key.node, value) {
-        let wrong =
-            items.and_then(|items| items.iter().enumerate().find(|(_, item)| !accepts(&key.node["items"], item)));
-        errors.push(match wrong {
-            Some((index, item)) => {
-                CaseError::at(format!("{place}/{index}"), expected(&key.node["items"]), describe(item))
-            }
-            None => mismatch(key, value, place),
-        });
-        return;
-    }
-    if value.is_object() && object(key.node).is_some() {
-        check_object(place, key.node, value, errors);
-    }
-    for (index, item) in items.into_iter().flatten().enumerate().filter(|(_, item)| item.is_object()) {
-        check_object(&format!("{place}/{index}"), key.node, item, errors);
-    }
-}
-
-/// The error of a value that may not stand at its key.
-fn mismatch(key: &Key, value: &Value, place: &str) -> CaseError {
-    let error = CaseError::at(place, expected(key.node), describe(value));
-    let text = value.as_str().unwrap_or_default();
-    let first = key.node["anyOf"].get(0).unwrap_or(key.node);
-    let is_number = text.parse::<f64>().is_ok_and(f64::is_finite);
-    match key.node["type"].as_str() {
-        _ if first.get("enum").is_some() && !text.is_empty() => match removed(key.name, text) {
-            Some(instead) => error.help(instead),
-            None => match nearest(text, words(first)) {
-                Some(near) => error.help(format!("did you mean {}?", quote(near))),
-                None => error,
-            },
-        },
-        Some("number" | "integer") if is_number => error.help("write the number without quotes"),
-        None if key.node["anyOf"][1].get("pattern").is_some() && !text.is_empty() => error.help("for example \"1%\""),
-        Some("number") if !key.text("help").is_empty() && value.as_f64().is_some_and(|number| number > 0.0) => {
-            error.help(key.text("help"))
-        }
-        _ => error,
-    }
-}
-
-/// Help for a key, or a word of it, that is gone.
-fn removed(key: &str, word: &str) -> Option<&'static str> {
-    REMOVED.iter().find(|gone| (gone.0, gone.1) == (key, word)).map(|(.., instead)| *instead)
-}
-
-/// The error of a key that does not belong beside what the others say, or lacks the one that belongs with it.
-fn misplaced(place: &str, key: &Key, value: &Value, keys: &[Key], object: &Value) -> Option<CaseError> {
-    if let Some((other, values)) = key.condition("only").filter(|_| !key.belongs(keys, object)) {
-        let found = value_of(other, keys, object).unwrap_or_default();
-        let expected = format!("no {} where {} is {}", quote(key.name), quote(other), quote(&found));
-        let help = format!("it belongs where {} is {}", quote(other), list(values));
-        return Some(CaseError::at(place, expected, describe(value)).help(help));
-    }
-    let with = key.text("with");
-    if !with.is_empty() && object.get(with).is_none() {
-        let expected = format!("{} and {} together, or none of them", quote(key.name), quote(with));
-        return Some(CaseError::at(place, expected, format!("only {}", quote(key.name))));
-    }
-    None
-}
-
-/// The error of an unknown key. The nearest one comes first; the others are many, and the schema has them.
-fn unknown(pointer: &str, keys: &[Key], name: &str) -> CaseError {
-    let object = if pointer.is_empty() { "the case" } else { pointer };
-    let near = nearest(name, keys.iter().map(|key| key.name));
-    // A key of this object without its unit is meant before one of another object.
-    let without_unit = near.is_some_and(|near| near.strip_prefix(name).is_some_and(|unit| unit.starts_with('_')));
-    let elsewhere = pointers().into_iter().find(|pointer| pointer.rsplit('/').next() == Some(name));
-    let expected = match (near, keys.len()) {
-        (Some(near), 1) => format!("{}, the one key of {object}", quote(near)),
-        (Some(near), count) => format!("{} or another of the {count} keys of {object}", quote(near)),
-        (None, _) => format!("no key: {object} has none"),
-    };
-    let help = match (removed(name, ""), elsewhere.filter(|_| !without_unit), near) {
-        (Some(instead), ..) => instead.to_owned(),
-        (None, Some(pointer), _) => format!("{} belongs at {pointer}", quote(name)),
-        (None, None, Some(near)) => format!("did you mean {}? `ripstop schema` lists every key", quote(near)),
-        (None, None, None) => format!("leave {} out", quote(name)),
-    };
-    let location = format!("{pointer}/{}", escape(name));
-    CaseError::at(location, expected, format!("unknown key {}", quote(name))).help(help)
-}
-
-/// Refuses a source that is no text or whose pointer names nothing; `base` is where `document` stands in a case.
-pub(super) fn check_sources(sources: &Value, base: &str, document: &Value) -> Result<(), CaseError> {
-    let Value::Object(sources) = sources else {
-        return Err(CaseError::at("/sources", "an object of JSON pointers and texts", describe(sources)));
-    };
-    for (pointer, text) in sources {
-        let location = format!("/sources/{}", escape(pointer));
-        if !text.is_string() {
-            return Err(CaseError::at(location, "text", describe(text)));
-        }
-        if lookup(&format!("{base}{pointer}")).is_none() && document.pointer(pointer).is_none() {
-            let pointers = pointers();
-            let inside = pointers.iter().filter(|known| is_at_or_below(known, base)).map(|known| &known[base.len()..]);
-            let error = CaseError::at(location, "the JSON pointer of a field", quote(pointer));
-            return Err(match nearest(pointer, inside.filter(|pointer| !pointer.is_empty())) {
-                Some(near) => error.help(format!("did you mean {}?", quote(near))),
-                None => error,
-            });
-        }
-    }
-    Ok(())
 }
 
 #[cfg(test)]

@@ -16,23 +16,10 @@ fn defaults_are_values_of_their_own_key_and_have_a_source() {
 }
 
 #[test]
-fn pointers_are_looked_up_and_ordered() {
-    for (pointer, name) in
-        [("/expect/3/at_us", "at_us"), ("/expect/0", "expect"), ("/pack/layup/12/fabric/warp/crimp", "crimp")]
-    {
-        assert_eq!(lookup(pointer).unwrap().name, name);
-    }
+fn pointers_are_looked_up() {
+    let known = [("/expect/3/at_us", "at_us"), ("/expect/0", "expect"), ("/pack/layup/12/fabric/warp/crimp", "crimp")];
+    assert!(known.into_iter().all(|(pointer, name)| lookup(pointer).is_some_and(|key| key.name == name)));
     let unknown =
-        ["/pack/layup/fabric", "/pack/layup/0/1", "/pack/layup/01", "", "/", "/expect/at_us", "/title/0", "fabric"];
-    for unknown in unknown {
-        assert!(lookup(unknown).is_none(), "{unknown}");
-    }
-    for [first, second] in [
-        ["/fabric/warp/crimp", "/fabric/weft/absent"],
-        ["/expect/2", "/expect/10"],
-        ["/pack/layup/2/edges", "/pack/layup/10/plies"],
-        ["/pack/layup/0/fabric/shear/modulus", "/pack/layup/0/orientation_deg"],
-    ] {
-        assert!(order(first) < order(second), "{first}");
-    }
+        ["/pack/layup/fabric", "/pack/layup/0/1", "/pack/layup/01", "", "/", "/expect/at_us", "/title/0", "pack"];
+    assert!(unknown.into_iter().all(|pointer| lookup(pointer).is_none()));
 }

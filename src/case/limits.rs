@@ -1,7 +1,6 @@
 //! What the fields of a case must satisfy together: times within the run, mesh, number of steps, memory.
 
-use super::error::CaseError;
-use super::text::{number_text, short_number_text};
+use super::error::{CaseError, number_text, short_number_text};
 use super::{Case, Layer};
 
 /// More steps than this are a mistake in the units of the case.
@@ -126,7 +125,7 @@ fn frames_bytes(case: &Case) -> f64 {
     (of_frames(case, case.output.frames as usize, FRAME_BYTES, 1) + waiting_frame_bytes(case)) as f64
 }
 
-/// Bytes of so many per element and frame: of all frames if they are small, of so many always.
+/// Bytes of frames with `of_element` bytes per element: of all of them if they are small, of `always` of them at least.
 fn of_frames(case: &Case, frames: usize, of_element: usize, always: usize) -> usize {
     let one = of_element.saturating_mul(case.elements());
     one.saturating_mul(frames).min(FRAMES_BYTES).max(one.saturating_mul(always))

@@ -4,8 +4,8 @@
 //! (`model`, `state`, `step`, …) sees the types below: SI numbers that are finite, in range and
 //! consistent with each other.
 //!
-//! A document becomes a case in five steps: [`json`] parses it, [`set`] changes it and [`fabric_file`] puts fabrics of files in their place,
-//! [`keys`] checks it against the types of its keys, [`provenance`] completes it with defaults and keeps where each value came from, and
+//! A document becomes a case in five steps: [`read`] parses it, [`set`] changes it and [`fabric_file`] puts fabrics of files in their place,
+//! [`check`] checks it against the types of its keys, [`provenance`] completes it with defaults and keeps where each value came from, and
 //! these types become those below.
 
 use std::borrow::Cow;
@@ -17,43 +17,41 @@ use serde::Deserialize;
 use serde_json::Value;
 
 mod builder;
+mod check;
 mod error;
-mod expect;
 mod fabric;
 mod fabric_file;
 mod grading;
-mod json;
 mod keys;
 mod limits;
 mod pack;
 mod projectile;
 mod provenance;
 mod read;
-mod report;
 mod schema;
 mod set;
+mod shape;
 mod solver;
-mod text;
-mod units;
 mod variability;
 
 pub use builder::CaseBuilder;
 pub use error::CaseError;
-pub use expect::{Bound, Expect};
 pub use fabric::{Compression, Crossover, Fabric, Law, MembraneForce, Shear, ShearModulus, Yarn};
 pub use fabric_file::{BuiltInFabric, builtin_fabric};
 pub use grading::{Grading, LinesFrom};
 pub use pack::{Edge, Edges, InitialDeflection, Layer, Pack};
-pub use projectile::{Along, Motion, Projectile, Rotation, Shape};
-pub use provenance::{Field, Origin};
+pub use projectile::{Along, Motion, Projectile, Rotation};
+pub(crate) use provenance::mesh;
+pub use provenance::{Field, Origin, report};
 pub(crate) use read::{converged, realisation};
 pub use read::{from_str, from_text, read};
-pub(crate) use report::mesh;
-pub use report::report;
 pub use schema::{reference, schema};
-pub use solver::{Accuracy, ContactSampling, Numerics, Output, RunUntil, Solver, StretchSampling, Symmetry};
+pub use shape::Shape;
+pub use solver::{
+    Accuracy, Bound, ContactSampling, Expect, Numerics, Output, RunUntil, Solver, StretchSampling, Symmetry,
+};
 
-pub(crate) use units::Word;
+pub(crate) use keys::Word;
 pub(crate) use variability::RANGE_STREAM;
 pub use variability::{Distribution, Drawn, HitPlace, Scattered, Variability, YarnStrength};
 
@@ -146,56 +144,58 @@ impl Case {
 struct CaseKeys {
     /// The JSON Schema of case files, for editors; ripstop writes one with `ripstop schema`.
     #[serde(rename = "$schema")]
-    schema: Option<units::Text>,
+    #[schemars(length(min = 1))]
+    schema: Option<String>,
     /// What the case is, for people.
-    title: units::Text,
+    #[schemars(length(min = 1))]
+    title: String,
     /// The fabric of every ply that pack.layup gives no other; a file is named relative to the case's folder.
-    fabric: fabric::FabricKeys,
+    fabric: Fabric,
     /// Plies, size, edges and initial state.
-    pack: pack::PackKeys,
+    pack: Pack,
     /// What strikes the pack; null or absent: nothing does.
-    #[schemars(extend("without" = "nothing strikes the pack"))]
-    projectile: Option<projectile::ProjectileKeys>,
+    ///
+    /// Left out: nothing strikes the pack.
+    #[schemars(with = "Option<projectile::ProjectileKeys>")]
+    projectile: Option<Projectile>,
     /// What varies from shot to shot; nothing does in a case that names no shot.
-    variability: Option<variability::VariabilityKeys>,
+    variability: Option<Variability>,
     /// Time integration.
     #[schemars(extend("default" = {}))]
-    solver: solver::SolverKeys,
+    solver: Solver,
     /// What is written and how often.
     #[schemars(extend("default" = {}))]
-    output: solver::OutputKeys,
+    output: Output,
     /// Statements about the result that the run checks.
     #[schemars(length(min = 0, max = 1000))]
-    expect: Option<Vec<expect::ExpectKeys>>,
+    expect: Option<Vec<solver::ExpectKeys>>,
     /// Where values come from: JSON pointer of a value or of an object around it, and text; a text that begins with "assumed" marks
     /// its values as assumed.
     #[schemars(extend("propertyNames" = {"pattern": "^(/.*)?$"}))]
     sources: Option<BTreeMap<String, String>>,
     /// Remarks for people.
-    notes: Option<units::Text>,
+    #[schemars(length(min = 1))]
+    notes: Option<String>,
 }
 
 impl CaseKeys {
     /// The case; its name, path, notes, document and draws are the caller's.
     fn case(self, record: provenance::Provenance) -> Result<Case, CaseError> {
-        let fabric = self.fabric.fabric("/fabric", &record)?;
-        let projectile = self.projectile.map(|keys| keys.projectile(&record)).transpose()?;
-        let variability = self.variability.map(|keys| keys.variability(projectile.as_ref())).transpose()?;
-        let (mut solver, end_time) = self.solver.solver(projectile.as_ref(), &record);
-        let pack = self.pack.pack(&fabric, projectile.as_ref(), &solver, &record)?;
-        solver.end_time = match end_time {
-            Some(given) => given,
-            None => solver.latest_end(projectile.as_ref(), &pack, &record)?,
-        };
-        let output = self.output.output()?;
-        let statement = |(index, keys): (usize, expect::ExpectKeys)| {
+        let Self { title, mut fabric, mut pack, mut projectile, variability, mut solver, output, .. } = self;
+        fabric.complete("/fabric", &record)?;
+        projectile.as_mut().map_or(Ok(()), |projectile| projectile.complete(&record))?;
+        variability.as_ref().map_or(Ok(()), |variability| variability.check(projectile.as_ref()))?;
+        pack.complete(&fabric, projectile.as_ref(), &solver, &record)?;
+        solver.complete_end(projectile.as_ref(), &pack, &record)?;
+        output.check(&record)?;
+        let statement = |(index, keys): (usize, solver::ExpectKeys)| {
             let at = format!("/expect/{index}");
             let expect = keys.expect(&at)?;
             record.summarise(&at, expect.in_words(), &expect.source);
             Ok(expect)
         };
         let expect = self.expect.into_iter().flatten().enumerate().map(statement).collect::<Result<_, _>>()?;
-        let (title, fields) = (self.title.0, record.into_fields());
+        let fields = record.into_fields();
         let (name, as_run, path, notes, drawn) = Default::default();
         Ok(Case {
             name,

@@ -1,36 +1,35 @@
 //! Projectile: its keys, and the same in SI units.
 
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::{Deserialize, Deserializer};
 
-use super::CaseError;
+use super::error::{millimetres, short_number_text};
+use super::keys::choices;
 use super::provenance::Provenance;
-use super::text::{millimetres, short_number_text};
-use super::units::{Deg, GMm2, Gram, KgM3, MS, Mm, RadS, choices};
-use crate::num::solid::Solid;
+use super::{CaseError, Shape};
 
 /// Rounding of a point that says nothing [m]. Under a sharp one a node stands on the tip or slips off it, which is a matter of the last bit:
 /// the limit of a cone is 93 or 76 m/s. From 0.15 to 0.5 mm it is 95 to 99 m/s.
 const TIP_RADIUS: f64 = 0.5e-3;
 /// Largest such rounding over the diameter [-].
 const TIP_PART: f64 = 0.1;
-/// Source of a fragment's defaults.
-const CHISEL: &str = "assumed: about as chisel-nosed fragment simulators have it";
-/// Source of moments of inertia that are left out.
-const UNIFORM: &str = "a uniform solid of this shape and mass";
 
 /// A rigid projectile. Flight is along +Z at normal incidence; the pack lies in Z = 0 around the origin.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct Projectile {
     /// Geometry.
+    #[serde(flatten)]
     pub shape: Shape,
     /// Radius of the rounding of every edge [m].
+    #[serde(default)]
     pub edge_radius: f64,
     /// [kg]
+    #[serde(default)]
     pub mass: f64,
     /// Density of a solid body, where the case gives it [kg/m³].
     pub density: Option<f64>,
     /// Moments of inertia about the body axis and across it through the centre of mass [kg·m²]; `None`: uniform solid.
+    #[serde(flatten, deserialize_with = "inertia")]
     pub inertia: Option<[f64; 2]>,
     /// Speed along the line of flight [m/s].
     pub velocity: f64,
@@ -43,71 +42,32 @@ pub struct Projectile {
     /// In-plane direction of the obliquity, from warp towards weft [rad].
     pub azimuth: f64,
     /// Angle between the body axis and the line of flight, in the plane of `azimuth` [rad].
+    #[serde(default)]
     pub yaw: f64,
     /// Initial angular velocity, fixed axes X, Y, Z [rad/s].
+    #[serde(default)]
     pub angular_velocity: [f64; 3],
     /// Coulomb coefficient against fabric [-].
     pub friction: f64,
     /// Free flight or velocity held.
     pub motion: Motion,
     /// Whether the body may rotate.
+    #[serde(default = "locked")]
     pub rotation: Rotation,
 }
 
-/// Geometry of a projectile, lengths in metres.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub enum Shape {
-    /// Flat-ended right circular cylinder.
-    Cylinder {
-        /// [m]
-        diameter: f64,
-        /// [m]
-        length: f64,
-    },
-    /// Sphere.
-    Sphere {
-        /// [m]
-        diameter: f64,
-    },
-    /// Cone (nose) on a cylinder; `nose_length == length` is a plain cone.
-    Cone {
-        /// [m]
-        diameter: f64,
-        /// Whole length [m].
-        length: f64,
-        /// Length of the conical nose [m].
-        nose_length: f64,
-    },
-    /// Tangent ogive (nose, an arc that is tangent to the wall) on a cylinder.
-    Ogive {
-        /// [m]
-        diameter: f64,
-        /// Whole length [m].
-        length: f64,
-        /// Length of the nose, at least half the diameter (a hemisphere) [m].
-        nose_length: f64,
-    },
-    /// Fragment simulator: a cylinder whose front two slanted flats cut to a chisel.
-    Fragment {
-        /// [m]
-        diameter: f64,
-        /// Whole length [m].
-        length: f64,
-        /// Width of the flat strip that is left of the front [m].
-        nose_flat: f64,
-        /// Angle between the strip's plane and the slanted flats [rad].
-        nose_angle: f64,
-        /// Turn of the strip about the body's axis; at 0 it lies along X at normal incidence [rad].
-        roll: f64,
-    },
-    /// Round bar lying in the pack's plane, as long as the pack: the striker of strip tests.
-    Bar {
-        /// [m]
-        diameter: f64,
-        /// The yarn direction the bar lies along.
-        along: Along,
-    },
+fn inertia<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<[f64; 2]>, D::Error> {
+    #[derive(Deserialize)]
+    struct Inertia {
+        axial_inertia: Option<f64>,
+        transverse_inertia: Option<f64>,
+    }
+    let Inertia { axial_inertia, transverse_inertia } = Inertia::deserialize(deserializer)?;
+    Ok(axial_inertia.zip(transverse_inertia).map(Into::into))
+}
+
+fn locked() -> Rotation {
+    Rotation::Locked
 }
 
 choices! {
@@ -143,333 +103,178 @@ choices! {
     }
 }
 
-impl Shape {
-    /// The uniform solid of a shape, edges sharp; of a bar, a ball of its diameter.
-    pub(crate) fn solid(&self) -> Solid {
-        match *self {
-            Shape::Sphere { diameter } | Shape::Bar { diameter, .. } => Solid::sphere(0.5 * diameter),
-            Shape::Cylinder { diameter, length } => Solid::cylinder(0.5 * diameter, length),
-            Shape::Cone { diameter, length, nose_length } => {
-                let (r, shank) = (0.5 * diameter, length - nose_length);
-                Solid::cylinder(r, shank).with(Solid::cone(r, nose_length).raised(shank))
-            }
-            Shape::Ogive { diameter, length, nose_length } => {
-                let (r, shank) = (0.5 * diameter, length - nose_length);
-                Solid::cylinder(r, shank).with(Solid::ogive(r, nose_length).raised(shank))
-            }
-            Shape::Fragment { diameter, length, nose_flat, nose_angle, .. } => {
-                Solid::chisel(0.5 * diameter, length, 0.5 * nose_flat, nose_angle)
-            }
-        }
-    }
-
-    /// Volume, edges sharp [m³]; a bar has none of its own.
-    pub fn volume(&self) -> f64 {
-        self.solid().volume
-    }
-
-    /// Whether the nose ends in a tip, as that of an ogive does unless it is half a ball.
-    pub(crate) fn is_pointed(&self) -> bool {
-        match *self {
-            Self::Cone { .. } => true,
-            Self::Ogive { diameter, nose_length, .. } => nose_length > 0.5 * diameter * (1.0 + 1e-9),
-            _ => false,
-        }
-    }
-
-    /// Whether it is a bar.
-    pub(super) fn is_bar(&self) -> bool {
-        matches!(self, Self::Bar { .. })
-    }
-
-    /// Largest diameter [m].
-    pub fn diameter(&self) -> f64 {
-        match *self {
-            Self::Cylinder { diameter, .. }
-            | Self::Sphere { diameter }
-            | Self::Cone { diameter, .. }
-            | Self::Ogive { diameter, .. }
-            | Self::Fragment { diameter, .. }
-            | Self::Bar { diameter, .. } => diameter,
-        }
-    }
-
-    /// Whole length [m]; 0 of a ball and a bar.
-    pub(super) fn length(&self) -> f64 {
-        match *self {
-            Self::Cylinder { length, .. }
-            | Self::Cone { length, .. }
-            | Self::Ogive { length, .. }
-            | Self::Fragment { length, .. } => length,
-            Self::Sphere { .. } | Self::Bar { .. } => 0.0,
-        }
-    }
-
-    /// The largest edge radius that leaves room for itself: a ball of its radius fits into the body, and each face is left in part [m].
-    fn largest_edge(&self) -> f64 {
-        match *self {
-            Shape::Cylinder { diameter, length } => (0.5 * diameter).min(0.5 * length),
-            Shape::Cone { diameter, length, nose_length } => {
-                let sine = 0.5 * diameter / nose_length.hypot(0.5 * diameter);
-                (0.5 * diameter).min(length * sine / (1.0 + sine))
-            }
-            Shape::Ogive { diameter, length, nose_length } => {
-                let (r, shank) = (0.5 * diameter, length - nose_length);
-                // Of the ball that touches arc and tail, where it is no wider than the wall.
-                let arc = (r * r + nose_length * nose_length) / (2.0 * r);
-                if shank < r { (nose_length * nose_length - shank * shank) / (2.0 * (arc - shank)) } else { r }
-            }
-            Shape::Fragment { diameter, length, nose_flat, nose_angle, .. } => {
-                let turn = (0.5 * nose_angle).tan();
-                let nose = 0.5 * (diameter - nose_flat) * nose_angle.tan();
-                let room = 0.5 * (length - nose) * (1.0 + turn);
-                (0.5 * diameter).min(0.5 * length).min(0.5 * nose_flat / turn).min(room)
-            }
-            Shape::Sphere { .. } | Shape::Bar { .. } => 0.0,
-        }
-    }
-}
-
 /// Shapes that have a length and edges.
 const LONG: [&str; 4] = ["cylinder", "cone", "ogive", "fragment"];
 /// Shapes that can turn.
 const TURNING: [&str; 5] = ["cylinder", "sphere", "cone", "ogive", "fragment"];
 
-#[derive(Debug, Deserialize, JsonSchema)]
+/// Keys of a projectile; those of its shape are one value of [`Projectile`].
+#[derive(JsonSchema)]
+#[allow(dead_code, reason = "for their schema")]
 pub(super) struct ProjectileKeys {
     /// Geometry of the rigid body.
     shape: ShapeWord,
     /// Diameter.
     #[schemars(range(min = 1e-3, max = 1000.0))]
-    diameter_mm: Mm,
+    diameter_mm: f64,
     /// Whole length.
     #[schemars(range(min = 1e-3, max = 10_000.0), extend("only" = {"shape": LONG}))]
-    length_mm: Option<Mm>,
+    length_mm: Option<f64>,
     /// Length of the nose, at most length_mm; of an ogive at least half of diameter_mm.
-    #[schemars(range(min = 1e-3, max = 10_000.0), extend(
-        "derived" = "a plain cone: length_mm; an ogive: assumed, 1.5 × diameter_mm, at most length_mm",
-        "only" = {"shape": ["cone", "ogive"]}
-    ))]
-    nose_length_mm: Option<Mm>,
+    ///
+    /// Otherwise: a plain cone: length_mm; an ogive: assumed, 1.5 × diameter_mm, at most length_mm.
+    #[schemars(range(min = 1e-3, max = 10_000.0), extend("only" = {"shape": ["cone", "ogive"]}))]
+    nose_length_mm: Option<f64>,
     /// Width of the flat strip across the front, at most diameter_mm, between the slanted flats.
-    #[schemars(range(min = 1e-3, max = 1000.0), extend(
-        "derived" = "assumed: 0.46 × diameter_mm, about as chisel-nosed fragment simulators have it",
-        "only" = {"shape": ["fragment"]}
-    ))]
-    nose_flat_mm: Option<Mm>,
+    ///
+    /// Otherwise: assumed: 0.46 × diameter_mm, about as chisel-nosed fragment simulators have it.
+    #[schemars(range(min = 1e-3, max = 1000.0), extend("only" = {"shape": ["fragment"]}))]
+    nose_flat_mm: Option<f64>,
     /// Angle between the strip's plane and the slanted flats.
-    #[schemars(range(min = 5.0, max = 75.0))]
-    #[schemars(extend("default" = 35.0, "source" = CHISEL, "only" = {"shape": ["fragment"]}))]
-    nose_angle_deg: Option<Deg>,
+    ///
+    /// Default: assumed: about as chisel-nosed fragment simulators have it.
+    #[schemars(range(min = 5, max = 75), extend("default" = 35.0, "only" = {"shape": ["fragment"]}))]
+    nose_angle_deg: Option<f64>,
     /// Turn of the strip about the body's axis, from warp towards weft.
-    #[schemars(range(min = -360.0, max = 360.0))]
-    #[schemars(extend("default" = 0.0, "source" = "strip along warp at normal incidence", "only" = {"shape": ["fragment"]}))]
-    roll_deg: Option<Deg>,
+    ///
+    /// Default: strip along warp at normal incidence.
+    #[schemars(range(min = -360, max = 360), extend("default" = 0.0, "only" = {"shape": ["fragment"]}))]
+    roll_deg: Option<f64>,
     /// Radius of the rounding of every edge.
-    #[schemars(range(min = 0.0, max = 500.0), extend(
-        "derived" = "0, sharp edges; a point (cone, ogive): assumed, 0.5 mm, at most a tenth of diameter_mm and what the shape has room for",
-        "only" = {"shape": LONG}
-    ))]
-    edge_radius_mm: Option<Mm>,
+    ///
+    /// Otherwise: 0, sharp edges; a point (cone, ogive): assumed, 0.5 mm, at most a tenth of diameter_mm and what the shape has room
+    /// for.
+    #[schemars(range(min = 0, max = 500), extend("only" = {"shape": LONG}))]
+    edge_radius_mm: Option<f64>,
     /// The yarn direction a bar lies along.
-    #[schemars(extend("default" = "weft", "source" = "across the warp", "only" = {"shape": ["bar"]}))]
+    ///
+    /// Default: across the warp.
+    #[schemars(extend("default" = "weft", "only" = {"shape": ["bar"]}))]
     along: Option<Along>,
     /// Mass.
-    #[schemars(range(min = 1e-9, max = 1e6), extend(
-        "default" = 1000.0, "source" = "not used: the velocity is prescribed", "where" = {"motion": "prescribed"}, "or" = "/density_kg_m3"
-    ))]
-    mass_g: Option<Gram>,
+    ///
+    /// Default: not used: the velocity is prescribed.
+    #[schemars(range(min = 1e-9, max = 1e6), extend("default" = 1000.0, "where" = {"motion": "prescribed"}, "or" = "/density_kg_m3"))]
+    mass_g: Option<f64>,
     /// Density of a solid body (steel 7850): gives the mass where mass_g is left out; where both are given, they are compared.
     #[schemars(range(min = 1.0, max = 1e5), extend("without" = "", "only" = {"shape": TURNING}))]
-    density_kg_m3: Option<KgM3>,
+    density_kg_m3: Option<f64>,
     /// Moment of inertia about the body's axis.
-    #[schemars(range(min = 1e-9, max = 1e12))]
-    #[schemars(extend("derived" = UNIFORM, "with" = "transverse_inertia_g_mm2", "only" = {"shape": TURNING}))]
-    axial_inertia_g_mm2: Option<GMm2>,
+    ///
+    /// Otherwise: a uniform solid of this shape and mass.
+    #[schemars(range(min = 1e-9, max = 1e12), extend("with" = "transverse_inertia_g_mm2", "only" = {"shape": TURNING}))]
+    axial_inertia_g_mm2: Option<f64>,
     /// Moment of inertia across the axis, about the centre.
-    #[schemars(range(min = 1e-9, max = 1e12))]
-    #[schemars(extend("derived" = UNIFORM, "with" = "axial_inertia_g_mm2", "only" = {"shape": TURNING}))]
-    transverse_inertia_g_mm2: Option<GMm2>,
+    ///
+    /// Otherwise: a uniform solid of this shape and mass.
+    #[schemars(range(min = 1e-9, max = 1e12), extend("with" = "axial_inertia_g_mm2", "only" = {"shape": TURNING}))]
+    transverse_inertia_g_mm2: Option<f64>,
     /// Speed along the line of flight.
     #[schemars(range(max = 5000.0), extend("exclusiveMinimum" = 0.0))]
-    velocity_m_s: MS,
+    velocity_m_s: f64,
     /// Point of aim from the pack's centre.
-    #[schemars(inner(range(min = -1e5, max = 1e5)), extend("default" = [0, 0], "source" = "centred"))]
-    offset_mm: [Mm; 2],
+    ///
+    /// Default: centred.
+    #[schemars(inner(range(min = -1e5, max = 1e5)), extend("default" = [0, 0]))]
+    offset_mm: [f64; 2],
     /// Gap between nose and first ply at the start.
-    #[schemars(range(min = 0.0, max = 1000.0), extend("default" = 0.0, "source" = "flight through air is not computed"))]
-    standoff_mm: Mm,
+    ///
+    /// Default: flight through air is not computed.
+    #[schemars(range(min = 0, max = 1000), extend("default" = 0.0))]
+    standoff_mm: f64,
     /// Angle of the line of flight to the pack's normal.
-    #[schemars(range(min = 0.0, max = 85.0), extend("default" = 0.0, "source" = "normal incidence"))]
-    obliquity_deg: Deg,
+    ///
+    /// Default: normal incidence.
+    #[schemars(range(min = 0, max = 85), extend("default" = 0.0))]
+    obliquity_deg: f64,
     /// Direction of the obliquity, from warp towards weft.
-    #[schemars(range(min = -360.0, max = 360.0), extend("default" = 0.0, "source" = "towards warp"))]
-    azimuth_deg: Deg,
+    ///
+    /// Default: towards warp.
+    #[schemars(range(min = -360, max = 360), extend("default" = 0.0))]
+    azimuth_deg: f64,
     /// Angle of the body's axis to the line of flight.
-    #[schemars(range(min = -180.0, max = 180.0))]
-    #[schemars(extend("default" = 0.0, "source" = "axis along the line of flight", "only" = {"shape": TURNING}))]
-    yaw_deg: Option<Deg>,
+    ///
+    /// Default: axis along the line of flight.
+    #[schemars(range(min = -180, max = 180), extend("default" = 0.0, "only" = {"shape": TURNING}))]
+    yaw_deg: Option<f64>,
     /// Initial rotation about X, Y, Z.
-    #[schemars(inner(range(min = -1e6, max = 1e6)))]
-    #[schemars(extend("default" = [0, 0, 0], "source" = "no rotation", "only" = {"shape": TURNING}))]
-    angular_velocity_rad_s: Option<[RadS; 3]>,
+    ///
+    /// Default: no rotation.
+    #[schemars(inner(range(min = -1e6, max = 1e6)), extend("default" = [0, 0, 0], "only" = {"shape": TURNING}))]
+    angular_velocity_rad_s: Option<[f64; 3]>,
     /// Coulomb coefficient against fabric.
-    #[schemars(range(min = 0.0, max = 2.0))]
-    #[schemars(extend("default" = 0.2, "source" = "assumed: not published for this projectile and fabric"))]
+    ///
+    /// Default: assumed: not published for this projectile and fabric.
+    #[schemars(range(min = 0, max = 2), extend("default" = 0.2))]
     friction: f64,
     /// Free flight, or the velocity held.
-    #[schemars(extend("default" = "free", "source" = "a body in flight"))]
+    ///
+    /// Default: a body in flight.
+    #[schemars(extend("default" = "free"))]
     motion: Motion,
     /// Whether the body may turn; a bar never does.
-    #[schemars(extend("default" = "free", "source" = "a body in flight", "where" = {"shape": TURNING}))]
+    ///
+    /// Default: a body in flight.
+    #[schemars(extend("default" = "free", "where" = {"shape": TURNING}))]
     rotation: Option<Rotation>,
 }
 
 /// Pointer of a key of the projectile.
-fn at(key: &str) -> String {
+pub(super) fn at(key: &str) -> String {
     format!("/projectile/{key}")
 }
 
-/// Refuses a length above another one [m].
-fn at_most(key: &str, given: f64, limit_key: &str, limit: f64) -> Result<f64, CaseError> {
-    if given > limit {
-        let expected = format!("at most {limit_key}, which is {}", millimetres(limit));
-        return Err(CaseError::at(at(key), expected, millimetres(given)));
-    }
-    Ok(given)
-}
-
-impl ProjectileKeys {
-    pub(super) fn projectile(self, record: &Provenance) -> Result<Projectile, CaseError> {
-        let shape = self.shape(record)?;
-        let density = self.density_kg_m3.map(KgM3::si);
-        let edge_radius = self.edge_radius(&shape, record)?;
-        let mass = match (self.mass_g, density) {
-            (Some(mass), _) => mass.si(),
-            (None, Some(density)) => {
-                let how = "density_kg_m3 times the volume of the body";
-                record.derive(&at("mass_g"), density * shape.volume(), how, record.is_assumed(&at("density_kg_m3")))
-            }
-            (None, None) => return Err(CaseError::at(at("mass_g"), "a mass or a density", "neither")),
-        };
-        Ok(Projectile {
-            shape,
-            edge_radius,
-            mass,
-            density,
-            inertia: self.inertia(&shape, record)?,
-            velocity: self.velocity_m_s.si(),
-            offset: self.offset_mm.map(Mm::si),
-            standoff: self.standoff_mm.si(),
-            obliquity: self.obliquity_deg.si(),
-            azimuth: self.azimuth_deg.si(),
-            yaw: self.yaw_deg.map_or(0.0, Deg::si),
-            angular_velocity: self.angular_velocity_rad_s.map_or([0.0; 3], |rates| rates.map(RadS::si)),
-            friction: self.friction,
-            motion: self.motion,
-            rotation: match (self.rotation, shape.is_bar()) {
-                (Some(Rotation::Free), true) => {
-                    let error = CaseError::at(at("rotation"), "\"locked\" for a bar", "\"free\"");
-                    return Err(error.help("a bar never turns; leave \"rotation\" out"));
-                }
-                (Some(given), _) => given,
-                (None, _) => {
-                    record.derive_text(&at("rotation"), "locked", "a bar never turns", false);
-                    Rotation::Locked
-                }
-            },
-        })
-    }
-
-    fn shape(&self, record: &Provenance) -> Result<Shape, CaseError> {
-        let (diameter, length) = (self.diameter_mm.si(), self.length_mm.map_or(0.0, Mm::si));
-        let nose_length = self.nose_length_mm.map(Mm::si);
-        Ok(match self.shape {
-            ShapeWord::Cylinder => Shape::Cylinder { diameter, length },
-            ShapeWord::Sphere => Shape::Sphere { diameter },
-            ShapeWord::Bar => Shape::Bar { diameter, along: self.along.unwrap_or(Along::Weft) },
-            ShapeWord::Cone => {
-                let nose_length = match nose_length {
-                    Some(given) => at_most("nose_length_mm", given, "length_mm", length)?,
-                    None => record.derive(&at("nose_length_mm"), length, "length_mm: a plain cone", false),
-                };
-                Shape::Cone { diameter, length, nose_length }
-            }
-            ShapeWord::Ogive => {
-                // A tangent arc is at least as long as the radius that it closes.
-                let short = [("length_mm", length), ("nose_length_mm", nose_length.unwrap_or(diameter))];
-                if let Some((key, found)) = short.into_iter().find(|(_, given)| *given < 0.5 * diameter) {
-                    let expected = format!("at least half of diameter_mm, which is {}", millimetres(0.5 * diameter));
-                    let error = CaseError::at(at(key), expected, millimetres(found));
-                    return Err(
-                        error.help("a tangent ogive of that length is a hemisphere, a shorter one there is not")
-                    );
-                }
-                let nose_length = match nose_length {
-                    Some(given) => at_most("nose_length_mm", given, "length_mm", length)?,
-                    None => {
-                        let how = "assumed: 1.5 × diameter_mm, at most length_mm";
-                        record.derive(&at("nose_length_mm"), length.min(1.5 * diameter), how, true)
-                    }
-                };
-                Shape::Ogive { diameter, length, nose_length }
-            }
-            ShapeWord::Fragment => {
-                let nose_flat = self.nose_flat_mm.map(Mm::si);
-                let nose_flat =
-                    nose_flat.unwrap_or_else(|| record.derive(&at("nose_flat_mm"), 0.46 * diameter, "", true));
-                at_most("nose_flat_mm", nose_flat, "diameter_mm", diameter)?;
-                let [nose_angle, roll] = [self.nose_angle_deg, self.roll_deg].map(|angle| angle.map_or(0.0, Deg::si));
-                // The slanted flats must meet the wall before the tail.
-                let nose = 0.5 * (diameter - nose_flat) * nose_angle.tan();
-                if nose > length {
-                    let expected = format!("flats that end within length_mm, which is {}", millimetres(length));
-                    return Err(CaseError::at(
-                        at("nose_angle_deg"),
-                        expected,
-                        format!("a nose of {}", millimetres(nose)),
-                    ));
-                }
-                Shape::Fragment { diameter, length, nose_flat, nose_angle, roll }
-            }
-        })
-    }
-
-    fn edge_radius(&self, shape: &Shape, record: &Provenance) -> Result<f64, CaseError> {
-        if shape.length() == 0.0 {
-            return Ok(0.0);
+impl Projectile {
+    /// Completes and checks the projectile.
+    pub(super) fn complete(&mut self, record: &Provenance) -> Result<(), CaseError> {
+        self.shape.complete(record)?;
+        self.complete_edge_radius(record)?;
+        if let Some(density) = self.density {
+            let (how, assumed) =
+                ("density_kg_m3 times the volume of the body", record.is_assumed(&at("density_kg_m3")));
+            record.fill(&at("mass_g"), &mut self.mass, density * self.shape.volume(), how, assumed);
         }
-        let largest = shape.largest_edge();
-        let radius = match self.edge_radius_mm {
-            Some(given) => given.si(),
-            None if shape.is_pointed() => {
-                let how = "assumed: 0.5 mm, at most a tenth of diameter_mm and what the shape has room for";
-                let radius = TIP_RADIUS.min(TIP_PART * shape.diameter()).min(largest);
-                record.derive(&at("edge_radius_mm"), radius, how, true)
+        let g_mm2 = |inertia: f64| format!("{} g·mm²", short_number_text(inertia * 1e9));
+        match self.inertia {
+            Some([axial, transverse]) if axial > 2.0 * transverse => {
+                let expected = format!("at most twice transverse_inertia_g_mm2, which is {}", g_mm2(2.0 * transverse));
+                let error = CaseError::at(at("axial_inertia_g_mm2"), expected, g_mm2(axial));
+                return Err(error.help("no body has a moment of inertia above the sum of the other two"));
             }
-            None => record.derive(&at("edge_radius_mm"), 0.0, "sharp edges", false),
+            None if !self.shape.is_bar() => {
+                for key in ["axial_inertia_g_mm2", "transverse_inertia_g_mm2"] {
+                    record.derive_text(&at(key), "of the body", "", false);
+                }
+            }
+            _ => {}
+        }
+        if self.shape.is_bar() && self.rotation == Rotation::Free {
+            let error = CaseError::at(at("rotation"), "\"locked\" for a bar", "\"free\"");
+            return Err(error.help("a bar never turns; leave \"rotation\" out"));
+        }
+        if !record.has(&at("rotation")) {
+            record.derive_text(&at("rotation"), "locked", "a bar never turns", false);
+        }
+        Ok(())
+    }
+
+    fn complete_edge_radius(&mut self, record: &Provenance) -> Result<(), CaseError> {
+        if self.shape.sizes()[1] == 0.0 {
+            return Ok(());
+        }
+        let largest = self.shape.largest_edge();
+        let (radius, how) = match self.shape.is_pointed() {
+            true => (
+                TIP_RADIUS.min(TIP_PART * self.shape.diameter()).min(largest),
+                "assumed: 0.5 mm, at most a tenth of diameter_mm and what the shape has room for",
+            ),
+            false => (0.0, "sharp edges"),
         };
-        if radius > largest {
+        record.fill(&at("edge_radius_mm"), &mut self.edge_radius, radius, how, self.shape.is_pointed());
+        if self.edge_radius > largest {
             let expected = format!("at most {}, the largest that this shape has room for", millimetres(largest));
-            return Err(CaseError::at(at("edge_radius_mm"), expected, millimetres(radius)));
+            return Err(CaseError::at(at("edge_radius_mm"), expected, millimetres(self.edge_radius)));
         }
-        Ok(radius)
-    }
-
-    fn inertia(&self, shape: &Shape, record: &Provenance) -> Result<Option<[f64; 2]>, CaseError> {
-        let (Some(axial), Some(transverse)) = (self.axial_inertia_g_mm2, self.transverse_inertia_g_mm2) else {
-            for name in ["axial_inertia_g_mm2", "transverse_inertia_g_mm2"].iter().filter(|_| !shape.is_bar()) {
-                record.derive_text(&at(name), "of the body", "", false);
-            }
-            return Ok(None);
-        };
-        let (axial, transverse) = (axial.si(), transverse.si());
-        if axial > 2.0 * transverse {
-            let g_mm2 = |inertia: f64| format!("{} g·mm²", short_number_text(inertia * 1e9));
-            let expected = format!("at most twice transverse_inertia_g_mm2, which is {}", g_mm2(2.0 * transverse));
-            let error = CaseError::at(at("axial_inertia_g_mm2"), expected, g_mm2(axial));
-            return Err(error.help("no body has a moment of inertia above the sum of the other two"));
-        }
-        Ok(Some([axial, transverse]))
+        Ok(())
     }
 }

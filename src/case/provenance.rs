@@ -5,10 +5,10 @@ use std::cell::RefCell;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
-use super::CaseError;
+use super::error::{is_at_or_below, short_number_text, text_of, whole};
+use super::keys::split_unit;
 use super::keys::{Key, keys, lookup, order};
-use super::text::{is_at_or_below, short_number_text, text_of, whole};
-use super::units::of_si;
+use super::{Case, CaseError, Layer, grading};
 
 /// One field of the case and where its value came from.
 #[derive(Clone, Debug, PartialEq)]
@@ -134,6 +134,7 @@ impl Provenance {
         let mut object = json!({});
         if let Some(key) = lookup(pointer) {
             self.complete(pointer, key.node, &mut object);
+            in_si(key.node, &mut object);
         }
         typed(pointer, object)
     }
@@ -152,10 +153,17 @@ impl Provenance {
         self.push(pointer, value, "", Origin::Read, source, is_assumed(source));
     }
 
+    /// Puts a number [SI] computed into the place of one that was left out, and records it; `how` is empty where the key says it.
+    pub(super) fn fill(&self, pointer: &str, value: &mut f64, si: f64, how: &str, assumed: bool) {
+        if !self.has(pointer) {
+            *value = self.derive(pointer, si, how, assumed);
+        }
+    }
+
     /// Records a number [SI] computed for a key that was left out; `how` is empty where the key says it.
     pub(super) fn derive(&self, pointer: &str, si: f64, how: &str, assumed: bool) -> f64 {
-        let unit = lookup(pointer).map_or("", |key| key.unit());
-        self.derive_text(pointer, short_number_text(of_si(unit, si)), how, assumed);
+        let value = split_unit(pointer).1.map_or(si, |unit| unit.of_si(si));
+        self.derive_text(pointer, short_number_text(value), how, assumed);
         si
     }
 
@@ -193,6 +201,12 @@ impl Provenance {
         self.field(pointer, |field| field.value.clone()).unwrap_or_default()
     }
 
+    /// A number recorded earlier [SI].
+    pub(super) fn si(&self, pointer: &str) -> f64 {
+        let number = self.number(pointer).parse().unwrap_or_default();
+        split_unit(pointer).1.map_or(number, |unit| unit.to_si(number))
+    }
+
     /// A field recorded earlier as the report shows it: value and unit.
     pub(super) fn value(&self, pointer: &str) -> String {
         self.field(pointer, Field::with_unit).unwrap_or_default()
@@ -220,7 +234,93 @@ impl Provenance {
     }
 }
 
+/// Turns a completed document into SI units; its keys lose their units, and words for no object become null.
+pub(super) fn in_si(node: &'static Value, value: &mut Value) {
+    let is_none = |word: &String| node.get("none").is_some_and(|none| none == word);
+    match value {
+        Value::Object(map) if super::keys::object(node).is_some() => {
+            for key in keys(node) {
+                let Some(mut inside) = map.remove(key.name) else { continue };
+                match (split_unit(key.name), inside.as_f64()) {
+                    ((_, Some(unit)), Some(number)) => inside = json!(unit.to_si(number)),
+                    ((_, Some(unit)), None) => inside
+                        .as_array_mut()
+                        .into_iter()
+                        .flatten()
+                        .for_each(|item| *item = json!(unit.to_si(item.as_f64().unwrap_or_default()))),
+                    ((_, None), _) => in_si(key.node, &mut inside),
+                }
+                map.insert(split_unit(key.name).0.to_owned(), inside);
+            }
+        }
+        Value::Array(items) => items.iter_mut().for_each(|item| in_si(&node["items"], item)),
+        Value::String(word) if is_none(word) => *value = Value::Null,
+        _ => {}
+    }
+}
+
 /// The keys of an object that has been checked and completed.
 pub(super) fn typed<K: DeserializeOwned>(pointer: &str, object: Value) -> Result<K, CaseError> {
     serde_json::from_value(object).map_err(|error| CaseError::at(pointer, "the keys of a case", error.to_string()))
+}
+
+/// Values longer than this do not widen their column.
+const WIDEST_VALUE: usize = 40;
+
+/// The title, the mesh, and every field: pointer, value, origin and source. Assumed fields begin with `*`.
+pub fn report(case: &Case) -> String {
+    let mut lines = vec![case.title.clone(), mesh(case), String::new()];
+    let pointers = case.fields.iter().map(|field| field.pointer.chars().count()).max().unwrap_or(0);
+    let values = case.fields.iter().map(|field| field.with_unit().chars().count());
+    let values = values.filter(|width| *width <= WIDEST_VALUE).max().unwrap_or(0).max("value".len());
+    lines.push(line("  field", "value", "origin", "source", [pointers + 2, values]));
+    let mut group = "";
+    for field in &case.fields {
+        let top = field.pointer.split('/').nth(1).unwrap_or_default();
+        if top != group && !group.is_empty() {
+            lines.push(String::new());
+        }
+        group = top;
+        let mark = if field.assumed { "* " } else { "  " };
+        let pointer = format!("{mark}{}", field.pointer);
+        lines.push(line(&pointer, &field.with_unit(), field.origin.word(), &field.source, [pointers + 2, values]));
+    }
+    let assumed = case.fields.iter().filter(|field| field.assumed).count();
+    if assumed > 0 {
+        lines.push(format!("\n* {assumed} of {} fields are assumed, not published", case.fields.len()));
+    }
+    lines.join("\n") + "\n"
+}
+
+/// The mesh of the pack; of a layup in one line per group, from the struck side.
+pub(crate) fn mesh(case: &Case) -> String {
+    let pack = &case.pack;
+    if pack.layup.is_empty() {
+        let mesh: Vec<String> = case.layers().iter().map(elements).collect();
+        return format!("{}, {}", plies(pack.plies), mesh.join(""));
+    }
+    let line = |layer: &Layer| {
+        let mesh = elements(layer);
+        let turned = short_number_text(layer.orientation.to_degrees());
+        format!("{} of {} at {turned}°, {mesh}", plies(layer.plies), layer.fabric.name)
+    };
+    pack.layup.iter().map(line).collect::<Vec<_>>().join("\n")
+}
+
+fn plies(count: u32) -> String {
+    format!("{count} {}", if count == 1 { "ply" } else { "plies" })
+}
+
+fn elements(layer: &Layer) -> String {
+    let [x, y] = [layer.element_length_x, layer.element_length_y].map(|length| length * 1e3);
+    let [width, height] = [layer.columns as f64 * x, layer.rows as f64 * y];
+    let [columns, rows] = layer.counts();
+    let from = if layer.grading.is_some() { "from " } else { "of " };
+    let grown = layer.grading.map_or(String::new(), |g| format!(" ({})", grading::words(&g)));
+    format!("{columns} × {rows} elements {from}{x:.4} × {y:.4} mm{grown}: {width:.2} × {height:.2} mm")
+}
+
+fn line(pointer: &str, value: &str, origin: &str, source: &str, [pointers, values]: [usize; 2]) -> String {
+    let line = format!("{pointer:pointers$}  {value:values$}  {origin:7}  {source}");
+    line.trim_end().to_owned()
 }

@@ -4,13 +4,14 @@ use std::iter::once;
 
 use serde_json::{Map, Value, json};
 
-use super::keys::{CASE, Key, keys, object, words};
-use super::text::number_text;
+use super::error::text_of;
+use super::keys::{CASE, Key, expected, keys, object, words};
 use crate::markdown;
 
 /// Properties of keys that JSON Schema does not know.
-const OWN: [&str; 12] =
-    ["title", "aliases", "source", "derived", "without", "where", "or", "only", "with", "group", "help", "file"];
+const OWN: [&str; 13] = [
+    "title", "aliases", "source", "derived", "without", "where", "or", "only", "with", "group", "help", "file", "none",
+];
 
 /// The case file as a JSON Schema (2020-12): keys, types, ranges, defaults, units and meaning.
 pub fn schema() -> Value {
@@ -34,7 +35,7 @@ fn published(node: &'static Value) -> Value {
             ("properties", _) => keys(node).iter().map(|key| (key.name, property(key))).collect(),
             ("anyOf", Value::Array(choices)) => choices.iter().map(published).collect(),
             ("items", _) => published(value),
-            ("enum", _) => words(node).into_iter().flat_map(|word| once(word).chain(aliases(node, word))).collect(),
+            ("enum", _) => words(node).into_iter().flat_map(|word| with_aliases(node, word)).collect(),
             ("default", Value::Object(_)) => continue,
             _ => value.clone(),
         };
@@ -58,75 +59,53 @@ fn property(key: &Key) -> Value {
     if key.is_nullable() {
         schema["type"] = json!(["object", "null"]);
     }
-    let (unit, condition) = (key.unit(), key.condition("where").filter(|_| !key.text("or").is_empty()));
     let mut text = key.text("description").to_owned();
-    if !unit.is_empty() {
-        schema["unit"] = json!(unit);
-        text += &format!(" [{unit}]");
+    if !key.unit().is_empty() {
+        schema["unit"] = json!(key.unit());
+        text += &format!(" [{}]", key.unit());
     }
-    text += &match (condition, key.text("source"), key.text("derived"), key.text("without")) {
-        (Some((other, values)), ..) => format!(" Not needed where {other} is \"{}\".", values.join("\" or \"")),
-        (None, "", "", "") => String::new(),
-        (None, "", "", without) => format!(" Left out: {without}."),
-        (None, source, how, _) => format!(" Default: {source}{how}."),
-    };
-    schema["description"] = json!(text);
+    let default = left_out(key);
+    schema["description"] = json!(if default.is_empty() { text } else { format!("{text} Left out: {default}.") });
     schema
 }
 
 /// Rules on which keys of an object stand together.
 fn rules(keys: &[Key], schema: &mut Map<String, Value>) {
-    let needed = |inside: &dyn Fn(&Key) -> bool| -> Vec<&str> {
-        keys.iter()
-            .filter(|key| key.is_needed() && key.text("group").is_empty() && inside(key))
-            .map(|key| key.name)
-            .collect()
-    };
-    // Exactly one key of each group.
-    let one_of = |inside: &dyn Fn(&Key) -> bool| -> Vec<Value> {
-        let mut groups: Vec<&str> = keys.iter().filter(|key| inside(key)).map(|key| key.text("group")).collect();
-        groups.dedup();
-        let members = |group: &str| -> Value {
-            keys.iter().filter(|key| key.text("group") == group).map(|key| json!({"required": [key.name]})).collect()
-        };
-        groups.into_iter().filter(|group| !group.is_empty()).map(|group| json!({"oneOf": members(group)})).collect()
-    };
-    let only = |key: &Key| key.condition("only");
-    schema.insert("required".to_owned(), json!(needed(&|key| only(key).is_none())));
+    let is_needed = |key: &&Key| key.is_needed() && key.text("group").is_empty();
+    let needed = keys.iter().filter(is_needed).filter(|key| key.condition("only").is_none());
+    schema.insert("required".to_owned(), needed.map(|key| key.name).collect());
     schema.insert("additionalProperties".to_owned(), json!(false));
-    let pairs = keys.iter().filter(|key| !key.text("with").is_empty());
-    let pairs: Map<String, Value> = pairs.map(|key| (key.name.to_owned(), json!([key.text("with")]))).collect();
-    if !pairs.is_empty() {
-        schema.insert("dependentRequired".to_owned(), Value::Object(pairs));
-    }
-    let mut all = one_of(&|key| only(key).is_none());
+    let mut all = Vec::new();
     for key in keys {
+        let (with, group) = (key.text("with"), key.text("group"));
+        if !with.is_empty() {
+            schema.entry("dependentRequired").or_insert_with(|| json!({}))[key.name] = json!([with]);
+        }
+        // A rule of a group stands with the first of its keys.
+        let members = keys.iter().filter(|other| !group.is_empty() && other.text("group") == group);
+        let members: Vec<Value> = members.map(|member| json!({"required": [member.name]})).collect();
+        let is_first = members.first() == Some(&json!({"required": [key.name]}));
+        let mut own = if is_needed(&key) { json!({"required": [key.name]}) } else { json!({}) };
+        if is_first {
+            own = json!({"oneOf": members});
+        }
+        if let Some((other, values)) = key.condition("only") {
+            let decider = keys.iter().find(|key| key.name == other);
+            let values = values.into_iter().flat_map(|value| decider.map(|key| with_aliases(key.node, value)));
+            let values: Vec<Value> =
+                values.flatten().map(|word| word.parse().map_or(json!(word), |flag: bool| json!(flag))).collect();
+            let default = decider.and_then(|key| key.node.get("default"));
+            let mut given = json!({"properties": {other: {"enum": values}}});
+            if default.is_none_or(|default| !values.contains(default)) {
+                given["required"] = json!([other]);
+            }
+            all.push(json!({"if": given, "then": own, "else": {"properties": {key.name: false}}}));
+        } else if is_first {
+            all.push(own);
+        }
         if let (Some((other, values)), Some(or)) = (key.condition("where"), key.text("or").strip_prefix('/')) {
             let given = json!({"properties": {other: {"enum": values}}, "required": [other]});
             all.push(json!({"if": given, "else": {"anyOf": [{"required": [key.name]}, {"required": [or]}]}}));
-        }
-    }
-    // For each value of a key that decides about others: those that are required, and those that do not belong.
-    for decider in
-        keys.iter().filter(|key| keys.iter().any(|other| only(other).is_some_and(|(name, _)| name == key.name)))
-    {
-        let flags = || vec![("false", json!(false)), ("true", json!(true))];
-        let values: Vec<(&str, Value)> = words(decider.node).into_iter().map(|word| (word, json!(word))).collect();
-        for (name, value) in if values.is_empty() { flags() } else { values } {
-            let belongs = |key: &Key| only(key).is_some_and(|(_, values)| values.contains(&name));
-            let same: Vec<Value> = once(value.clone()).chain(aliases(decider.node, name).map(Value::from)).collect();
-            let mut condition = json!({"properties": {decider.name: {"enum": same}}});
-            if decider.node.get("default") != Some(&value) {
-                condition["required"] = json!([decider.name]);
-            }
-            let outside = keys.iter().filter(|key| only(key).is_some() && !belongs(key));
-            let refused: Map<String, Value> = outside.map(|key| (key.name.to_owned(), json!(false))).collect();
-            let mut then = json!({"properties": refused, "required": needed(&belongs)});
-            let groups = one_of(&belongs);
-            if !groups.is_empty() {
-                then["allOf"] = Value::Array(groups);
-            }
-            all.push(json!({"if": condition, "then": then}));
         }
     }
     if !all.is_empty() {
@@ -134,10 +113,22 @@ fn rules(keys: &[Key], schema: &mut Map<String, Value>) {
     }
 }
 
-/// Other words that are read as a word of the case file.
-fn aliases(node: &'static Value, word: &str) -> impl Iterator<Item = &'static str> {
+/// A word of the case file and others that are read as it.
+fn with_aliases(node: &'static Value, word: &'static str) -> impl Iterator<Item = &'static str> {
     let aliases = node["aliases"].as_object().into_iter().flatten();
-    aliases.filter(move |(_, meant)| *meant == word).map(|(alias, _)| alias.as_str())
+    once(word).chain(aliases.filter(move |(_, meant)| *meant == word).map(|(alias, _)| alias.as_str()))
+}
+
+/// The value of a key that is left out, and where it comes from.
+fn left_out(key: &Key) -> String {
+    match (key.node.get("default"), key.condition("where"), key.text("or").strip_prefix('/')) {
+        (Some(_), Some((other, values)), Some(or)) => {
+            format!("required, or {or}, unless {other} is {}", values.join(" or "))
+        }
+        (Some(Value::Object(_)), ..) => String::new(),
+        (Some(value), ..) => format!("{}, {}", text_of(value), key.text("source")),
+        (None, ..) => format!("{}{}", key.text("derived"), key.text("without")),
+    }
 }
 
 /// Every key of the case file in Markdown: one table for each object, with the pointers where it stands.
@@ -175,63 +166,27 @@ fn collect(prefix: &str, node: &'static Value, objects: &mut Vec<(String, &'stat
     }
 }
 
-/// The values of a key.
+/// The values of a key; of an object the keys are in a table of their own.
 fn value(key: &Key) -> String {
-    let unit = if key.unit().is_empty() { String::new() } else { format!(" [{}]", key.unit()) };
-    let node = key.node;
-    let span = |node: &Value| match (node["minimum"].as_f64(), node["exclusiveMinimum"].as_f64()) {
-        (Some(min), _) => {
-            format!("{} to {}", number_text(min), number_text(node["maximum"].as_f64().unwrap_or_default()))
-        }
-        (_, min) => format!("above {}, to {}", number_text(min.unwrap_or_default()), node["maximum"]),
-    };
-    let first = node["anyOf"].get(0).unwrap_or(node);
-    match (node["type"].as_str(), words(first)) {
-        (None, words) if !words.is_empty() => {
-            let object = if node.get("anyOf").is_some() { ", or an object" } else { "" };
-            all(&words.into_iter().flat_map(|word| once(word).chain(aliases(first, word))).collect::<Vec<_>>()) + object
-        }
-        (None, _) if node["anyOf"][1].get("pattern").is_some() => "number, or text such as `\"1%\"`".to_owned(),
-        (None, _) => "number or text".to_owned(),
-        (Some("string"), _) => "text".to_owned(),
-        (Some("boolean"), _) => "`true` or `false`".to_owned(),
-        (Some("number"), _) => format!("number{unit}, {}", span(node)),
-        (Some("integer"), _) => format!("whole number, {} to {}", node["minimum"], node["maximum"]),
-        (Some("array"), _) if object(node).is_some() => format!("list of up to {} objects", node["maxItems"]),
-        (Some("array"), _) if node["minItems"] == node["maxItems"] => {
-            format!("{} numbers{unit}, {}", node["maxItems"], span(&node["items"]))
-        }
-        (Some("array"), _) => format!("up to {} numbers{unit}, {}", node["maxItems"], span(&node["items"])),
-        _ if node.get("file").is_some() => "object, or `{\"file\": …}`".to_owned(),
-        _ if node.get("properties").is_some() => "object".to_owned(),
-        _ => "object of texts".to_owned(),
+    let text = expected(key.node);
+    match text.split_once(" with \"") {
+        Some((object, _)) => object.to_owned(),
+        None => text,
     }
 }
 
-fn all(words: &[&str]) -> String {
-    words.iter().map(|word| format!("`{word}`")).collect::<Vec<_>>().join(", ")
-}
-
-/// The value of a key that is left out.
 fn default(key: &Key) -> String {
-    let or = key.text("or").strip_prefix('/');
-    match (key.node.get("default"), key.condition("where"), or) {
-        (Some(_), Some((other, values)), Some(or)) => {
-            format!("**required**, or `{or}`, unless `{other}` is {}", all(&values))
-        }
-        (Some(Value::Object(_)), ..) => String::new(),
-        (Some(Value::String(word)), ..) => format!("`{word}`: {}", key.text("source")),
-        (Some(value), ..) => format!("`{value}`: {}", key.text("source")),
-        (None, ..) if key.is_needed() && !key.text("group").is_empty() => "**one of the group**".to_owned(),
-        (None, ..) if key.is_needed() => "**required**".to_owned(),
-        (None, ..) => format!("{}{}", key.text("derived"), key.text("without")),
+    match (key.is_needed(), key.text("group").is_empty()) {
+        (true, false) => "**one of the group**".to_owned(),
+        (true, true) => "**required**".to_owned(),
+        _ => left_out(key),
     }
 }
 
 fn meaning(key: &Key) -> String {
     let mut text = key.text("description").to_owned();
     if let Some((other, values)) = key.condition("only") {
-        text += &format!(" Only with `{other}`: {}.", all(&values));
+        text += &format!(" Only where {other} is {}.", values.join(", "));
     }
     if !key.text("group").is_empty() {
         text += &format!(" Exactly one gives the {}.", key.text("group"));

@@ -3,12 +3,11 @@
 use serde_json::{Map, Value, json};
 use twox_hash::XxHash3_64;
 
-use super::error::CaseError;
+use super::error::{CaseError, describe, index, is_at_or_below, nearest, quote, text_of, unescape};
 use super::fabric_file::{around, holds_fabrics, make_own};
-use super::json;
 use super::keys::{Key, lookup, object, pointers};
 use super::provenance::is_assumed;
-use super::text::{describe, index, is_at_or_below, nearest, quote, text_of, unescape};
+use super::read;
 
 /// The source of what a user changes on the command line, and the first word of the place of its errors.
 pub(super) const FLAG: &str = "--set";
@@ -36,7 +35,7 @@ pub(super) fn parse(text: &str) -> Result<Set, CaseError> {
     if value.trim().is_empty() {
         return Err(CaseError::at(located(pointer), "a value after =", "nothing").help(help));
     }
-    match json::parse(value) {
+    match read::parse(value) {
         Ok(value) => Set::new(pointer, value),
         Err(error) if value.trim_start().starts_with(['{', '[', '"']) => {
             let found = format!("{} ({})", error.found, error.location);

@@ -1,11 +1,12 @@
-//! Numerical choices and output.
+//! Numerical choices, output, and statements about the result.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
+use serde_json::{Value, json};
 
+use super::error::{json_number, number_text, percent, quote, short_number_text, text_of};
+use super::keys::choices;
 use super::provenance::Provenance;
-use super::text::number_text;
-use super::units::{Mm, Us, Word, choices};
 use super::{Along, CaseError, Motion, Pack, Projectile};
 
 /// Coefficient of the shock viscosity.
@@ -18,48 +19,100 @@ const LONGEST: f64 = 1e-3;
 /// End of such a shot where no ply spans between two clamped sides [s]. What nothing holds stops the projectile when all of it moves: 150 mm at
 /// 50 m/s take 5.2 ms. What one side holds swings first: 100 mm at 120 m/s take 2.5 ms.
 const LONGEST_LOOSE: f64 = 8e-3;
-/// Length along a yarn over which its failure is judged [m]; assumed.
-const FAILURE_LENGTH: f64 = 0.9e-3;
+/// Length along a yarn over which its failure is judged [mm]; assumed.
+const FAILURE_LENGTH: f64 = 0.9;
 
 /// Time integration.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[non_exhaustive]
 pub struct Solver {
-    /// The scheme behind the defaults of the others.
-    pub numerics: Numerics,
-    /// Refinement of the mesh around the hit.
-    pub accuracy: Accuracy,
-    /// [s]
+    /// End of the run. Needed where nothing flies freely into the pack, or run_until is "end_time" [s].
+    ///
+    /// Otherwise: when the outcome is known, after 1000 µs at the latest, 8000 µs where no two opposite sides are clamped.
+    #[serde(default)]
+    #[schemars(rename = "end_time_us", range(min = 1e-6, max = 1e9))]
     pub end_time: f64,
-    /// Time step over the critical one, in (0, 1].
+    /// The scheme that keys left out take their values from: ripstop's own, or the paper's (one even element per crossover, contact
+    /// at nodes, stretches at the centre, no viscosity).
+    ///
+    /// Default: measured: tension shocks neither ring nor make energy.
+    #[schemars(extend("default" = "default"))]
+    pub numerics: Numerics,
+    /// How far the mesh around the hit is refined, where elements_per_crossover is left out.
+    ///
+    /// Default: measured: a ballistic limit within 5 % of the converged one.
+    #[schemars(extend("default" = "default"))]
+    pub accuracy: Accuracy,
+    /// Time step over the critical one.
+    ///
+    /// Default: model: margin for contact, shear and hourglass stiffness.
+    #[schemars(range(max = 1), extend("exclusiveMinimum" = 0, "help" = UNSTABLE))]
+    #[schemars(extend("default" = 0.9))]
     pub courant: f64,
-    /// Hourglass stiffness over the full-integration stiffness [-].
+    /// Hourglass stiffness over the full-integration stiffness.
+    ///
+    /// Default: model: keeps hourglass energy small without stiffening.
+    #[schemars(range(min = 0, max = 1), extend("default" = 0.001))]
     pub hourglass: f64,
-    /// Coefficient of the shock viscosity along the yarns [-].
+    /// Viscosity along the yarns over the stiffness, times length of an element over wave speed, for smooth waves one crossover at most;
+    /// 0: none, as in the paper.
+    ///
+    /// Otherwise: 0.3, where a bar strikes 0.8, measured: tension behind a shock peaks at most a third above its plateau; 0 with
+    /// "numerics": "paper".
+    #[schemars(range(min = 0, max = 1))]
     pub shock_viscosity: f64,
-    /// Length along a yarn over which its failure is judged [m]; 0: that of an element.
+    /// Length along a yarn over which the strain that breaks it is averaged, and which breaks; over its width the root mean square
+    /// counts. 0: that of an element, as in the paper [m].
+    ///
+    /// Otherwise: 0.9, assumed: the order of a yarn's width; 0 with "numerics": "paper".
+    #[schemars(rename = "failure_length_mm", range(min = 0, max = 100))]
     pub failure_length: f64,
     /// Whether mirror symmetry may be used.
+    ///
+    /// Default: same result, less work.
+    #[schemars(extend("default" = "auto"))]
     pub symmetry: Symmetry,
-    /// Where contact with the projectile is sampled.
+    /// Where contact with the projectile is sampled: at nodes, or also where the rim of a flat face crosses the edges of elements.
+    ///
+    /// Otherwise: edges, measured: before failure nearer to a finer mesh than nodes; nodes with "numerics": "paper".
     pub contact_sampling: ContactSampling,
-    /// Where an element's stretches are taken.
+    /// Where an element's stretches are taken: at its centre, or as the root of the mean of their squares over the element.
+    ///
+    /// Otherwise: mean, measured: the ballistic limit is within 1 % of the converged one, not 4 %; centre with "numerics": "paper".
     pub stretch_sampling: StretchSampling,
-    /// When the run ends.
+    /// When the run ends: with the outcome, when a projectile that stopped is free of the fabric too, or at end_time_us.
+    ///
+    /// Default: nothing asked for happens after it.
+    #[schemars(extend("default" = "outcome"))]
     pub run_until: RunUntil,
 }
 
+const UNSTABLE: &str = "above 1 the time step exceeds the critical step and leapfrog integration is unstable";
+
 /// What is written and how often.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[non_exhaustive]
 pub struct Output {
-    /// Interval of `history.csv` [s].
+    /// Interval of history.csv, at most end_time_us [s].
+    ///
+    /// Default: a few hundred rows for a shot.
+    #[schemars(rename = "history_interval_us", range(min = 1e-6, max = 1e9), extend("default" = 0.5))]
     pub history_interval: f64,
-    /// Frames for ParaView, evenly from the start to the end time.
+    /// Frames for ParaView, evenly from impact to the end of the run.
+    ///
+    /// Default: none asked for.
+    #[schemars(range(min = 0, max = 10_000), extend("default" = 0))]
     pub frames: u32,
-    /// Times at which a deflection profile is sampled [s], ascending.
+    /// Times of deflection profiles, ascending [s].
+    ///
+    /// Default: none asked for.
+    #[schemars(rename = "profile_times_us", length(min = 0, max = 1000), inner(range(min = 0, max = 1e9)))]
+    #[schemars(extend("default" = []))]
     pub profile_times: Vec<f64>,
-    /// Direction of the profile through the point of impact (pack centre without projectile).
+    /// Direction of the profiles, through the point of impact.
+    ///
+    /// Default: the first axis.
+    #[schemars(extend("default" = "warp"))]
     pub profile_along: Along,
 }
 
@@ -116,145 +169,211 @@ choices! {
     }
 }
 
-#[derive(Debug, Deserialize, JsonSchema)]
-pub(super) struct SolverKeys {
-    /// End of the run. Needed where nothing flies freely into the pack, or run_until is "end_time".
-    #[schemars(
-        range(min = 1e-6, max = 1e9),
-        extend("derived" = "when the outcome is known, after 1000 µs at the latest, 8000 µs where no two opposite sides are clamped")
-    )]
-    end_time_us: Option<Us>,
-    /// The scheme that keys left out take their values from: ripstop's own, or the paper's (one even element per crossover, contact
-    /// at nodes, stretches at the centre, no viscosity).
-    #[schemars(extend("default" = "default", "source" = "measured: tension shocks neither ring nor make energy"))]
-    numerics: Numerics,
-    /// How far the mesh around the hit is refined, where elements_per_crossover is left out.
-    #[schemars(extend("default" = "default", "source" = "measured: a ballistic limit within 5 % of the converged one"))]
-    accuracy: Accuracy,
-    /// Time step over the critical one.
-    #[schemars(range(max = 1.0), extend(
-        "exclusiveMinimum" = 0.0, "default" = 0.9, "source" = "model: margin for contact, shear and hourglass stiffness",
-        "help" = "above 1 the time step exceeds the critical step and leapfrog integration is unstable"
-    ))]
-    courant: f64,
-    /// Hourglass stiffness over the full-integration stiffness.
-    #[schemars(
-        range(min = 0.0, max = 1.0),
-        extend("default" = 0.001, "source" = "model: keeps hourglass energy small without stiffening")
-    )]
-    hourglass: f64,
-    /// Viscosity along the yarns over the stiffness, times length of an element over wave speed, for smooth waves one crossover at most;
-    /// 0: none, as in the paper.
-    #[schemars(range(min = 0.0, max = 1.0), extend("derived" = "0.3, where a bar strikes 0.8, measured: tension behind a shock peaks at \
-        most a third above its plateau; 0 with \"numerics\": \"paper\""))]
-    shock_viscosity: Option<f64>,
-    /// Length along a yarn over which the strain that breaks it is averaged, and which breaks; over its width the root mean square
-    /// counts. 0: that of an element, as in the paper.
-    #[schemars(
-        range(min = 0.0, max = 100.0),
-        extend("derived" = "0.9, assumed: the order of a yarn's width; 0 with \"numerics\": \"paper\"")
-    )]
-    failure_length_mm: Option<Mm>,
-    /// Whether mirror symmetry may be used.
-    #[schemars(extend("default" = "auto", "source" = "same result, less work"))]
-    symmetry: Symmetry,
-    /// Where contact with the projectile is sampled: at nodes, or also where the rim of a flat face crosses the edges of elements.
-    #[schemars(extend("derived" = "rim, measured: before failure nearer to a finer mesh than nodes; nodes with \"numerics\": \"paper\""))]
-    contact_sampling: Option<ContactSampling>,
-    /// Where an element's stretches are taken: at its centre, or as the root of the mean of their squares over the element.
-    #[schemars(extend("derived" = "mean, measured: the ballistic limit is within 1 % of the converged one, not 4 %; centre with \
-        \"numerics\": \"paper\""))]
-    stretch_sampling: Option<StretchSampling>,
-    /// When the run ends: with the outcome, when a projectile that stopped is free of the fabric too, or at end_time_us.
-    #[schemars(extend("default" = "outcome", "source" = "nothing asked for happens after it"))]
-    run_until: RunUntil,
-}
-
-#[derive(Debug, Deserialize, JsonSchema)]
-pub(super) struct OutputKeys {
-    /// Interval of history.csv, at most end_time_us.
-    #[schemars(range(min = 1e-6, max = 1e9), extend("default" = 0.5, "source" = "a few hundred rows for a shot"))]
-    history_interval_us: Us,
-    /// Frames for ParaView, evenly from impact to the end of the run.
-    #[schemars(range(min = 0, max = 10_000), extend("default" = 0, "source" = "none asked for"))]
-    frames: u32,
-    /// Times of deflection profiles, ascending.
-    #[schemars(length(min = 0, max = 1000), inner(range(min = 0.0, max = 1e9)), extend("default" = [], "source" = "none asked for"))]
-    profile_times_us: Vec<Us>,
-    /// Direction of the profiles, through the point of impact.
-    #[schemars(extend("default" = "warp", "source" = "the first axis"))]
-    profile_along: Along,
-}
-
-impl SolverKeys {
-    /// The solver without the end of the run, and the end that the case names [s].
-    pub(super) fn solver(self, projectile: Option<&Projectile>, record: &Provenance) -> (Solver, Option<f64>) {
-        let paper = self.numerics == Numerics::Paper;
-        let viscosity = match projectile {
-            _ if paper => 0.0,
-            Some(projectile) if projectile.shape.is_bar() => VISCOSITY_ALONG_A_BAR,
-            _ => VISCOSITY,
-        };
-        let failure_length = if paper { 0.0 } else { FAILURE_LENGTH };
-        let derive = |name: &str, si: f64, assumed: bool| record.derive(&format!("/solver/{name}"), si, "", assumed);
-        let solver = Solver {
-            numerics: self.numerics,
-            accuracy: self.accuracy,
-            end_time: LONGEST,
-            courant: self.courant,
-            hourglass: self.hourglass,
-            shock_viscosity: self.shock_viscosity.unwrap_or_else(|| derive("shock_viscosity", viscosity, false)),
-            failure_length: (self.failure_length_mm.map(Mm::si))
-                .unwrap_or_else(|| derive("failure_length_mm", failure_length, !paper)),
-            symmetry: self.symmetry,
-            contact_sampling: self.contact_sampling.unwrap_or_else(|| {
-                let sampling = if paper { ContactSampling::Nodes } else { ContactSampling::Edges };
-                record.derive_text("/solver/contact_sampling", sampling.word(), "", false);
-                sampling
-            }),
-            stretch_sampling: self.stretch_sampling.unwrap_or_else(|| {
-                let sampling = if paper { StretchSampling::Centre } else { StretchSampling::Mean };
-                record.derive_text("/solver/stretch_sampling", sampling.word(), "", false);
-                sampling
-            }),
-            run_until: self.run_until,
-        };
-        (solver, self.end_time_us.map(Us::si))
+/// Puts what follows from the scheme into the place of keys of the solver that are left out.
+pub(super) fn derive(document: &mut Value, record: &Provenance) {
+    let (viscosity, length, contact, stretch) = match document["solver"]["numerics"] == "paper" {
+        true => (0.0, 0.0, "nodes", "centre"),
+        false if document["projectile"]["shape"] == "bar" => (VISCOSITY_ALONG_A_BAR, FAILURE_LENGTH, "edges", "mean"),
+        false => (VISCOSITY, FAILURE_LENGTH, "edges", "mean"),
+    };
+    for (key, value, assumed) in [
+        ("shock_viscosity", json_number(viscosity), false),
+        ("failure_length_mm", json_number(length), length > 0.0),
+        ("contact_sampling", json!(contact), false),
+        ("stretch_sampling", json!(stretch), false),
+    ] {
+        if document["solver"].get(key).is_none() {
+            record.derive_text(&format!("/solver/{key}"), text_of(&value), "", assumed);
+            document["solver"][key] = value;
+        }
     }
 }
 
 impl Solver {
-    /// The latest end of a run whose case names none [s].
-    pub(super) fn latest_end(
-        &self,
+    /// Completes the end of the run.
+    pub(super) fn complete_end(
+        &mut self,
         projectile: Option<&Projectile>,
         pack: &Pack,
         record: &Provenance,
-    ) -> Result<f64, CaseError> {
+    ) -> Result<(), CaseError> {
         let at = "/solver/end_time_us";
-        if self.run_until == RunUntil::EndTime || projectile.is_none_or(|p| p.motion != Motion::Free) {
+        let has_outcome = projectile.is_some_and(|p| p.motion == Motion::Free) && self.run_until != RunUntil::EndTime;
+        if !has_outcome && !record.has(at) {
             let error = CaseError::at(at, "the end of the run", "nothing");
             return Err(error.help("no outcome ends this run: it has no free projectile, or run_until is \"end_time\""));
         }
         let spans =
             if pack.layup.is_empty() { pack.edges.span() } else { pack.layup.iter().any(|layer| layer.edges.span()) };
-        Ok(record.derive(at, if spans { LONGEST } else { LONGEST_LOOSE }, "", false))
+        record.fill(at, &mut self.end_time, if spans { LONGEST } else { LONGEST_LOOSE }, "", false);
+        Ok(())
     }
 }
 
-impl OutputKeys {
-    pub(super) fn output(self) -> Result<Output, CaseError> {
-        let profile_times: Vec<f64> = self.profile_times_us.iter().map(|time| time.si()).collect();
-        if let Some(index) = profile_times.windows(2).position(|pair| pair[0] >= pair[1]) {
-            let location = format!("/output/profile_times_us/{}", index + 1);
-            let expected = format!("more than item {index} of \"profile_times_us\": ascending times");
-            return Err(CaseError::at(&location, expected, number_text(self.profile_times_us[index + 1].0)));
+impl Output {
+    pub(super) fn check(&self, record: &Provenance) -> Result<(), CaseError> {
+        let Some(index) = self.profile_times.windows(2).position(|pair| pair[0] >= pair[1]) else { return Ok(()) };
+        let expected = format!("more than item {index} of \"profile_times_us\": ascending times");
+        let at = "/output/profile_times_us";
+        let times = record.number(at);
+        let found = times.trim_matches(['[', ']']).split(", ").nth(index + 1).unwrap_or_default().to_owned();
+        Err(CaseError::at(format!("{at}/{}", index + 1), expected, found))
+    }
+}
+
+/// A statement about the result, checked after the run.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Expect {
+    /// Name of the quantity: any number or word of `summary.json`, any column of `history.csv` (with `at_us`),
+    /// or a measured wave quantity.
+    pub quantity: String,
+    /// Expected word, value or range.
+    pub bound: Bound,
+    /// Time at which a history or profile quantity is read [s].
+    pub at: Option<f64>,
+    /// Interval over which a speed or frequency is measured [s].
+    pub between: Option<[f64; 2]>,
+    /// Where the statement comes from.
+    pub source: String,
+    /// Why it is known not to hold; empty: it must.
+    pub known_difference: String,
+}
+
+/// The expectation itself.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Bound {
+    /// A word, e.g. an outcome.
+    Word(String),
+    /// |got − value| ≤ tolerance (already absolute, in the quantity's own unit).
+    Value {
+        /// Expected.
+        value: f64,
+        /// Allowed absolute difference.
+        tolerance: f64,
+    },
+    /// min ≤ got ≤ max.
+    Range {
+        /// −∞ when absent.
+        min: f64,
+        /// +∞ when absent.
+        max: f64,
+    },
+}
+
+#[derive(Debug, Deserialize, JsonSchema)]
+pub(super) struct ExpectKeys {
+    /// A name of summary.json, a column of history.csv, or a measured wave quantity.
+    #[schemars(length(min = 1))]
+    quantity: String,
+    /// The expected number or word.
+    value: Option<NumberOrWord>,
+    /// Least value; instead of value.
+    #[schemars(range(min = -1e15, max = 1e15))]
+    min: Option<f64>,
+    /// Largest value; instead of value.
+    #[schemars(range(min = -1e15, max = 1e15))]
+    max: Option<f64>,
+    /// Allowed difference from a number, absolute or "1%".
+    tolerance: Option<Tolerance>,
+    /// Time at which the quantity is read.
+    #[schemars(rename = "at_us", range(min = 0, max = 1e9))]
+    at: Option<f64>,
+    /// Interval of a measured speed or frequency.
+    #[schemars(rename = "between_us", inner(range(min = 0, max = 1e9)))]
+    between: Option<[f64; 2]>,
+    /// Where the statement comes from.
+    #[schemars(length(min = 1))]
+    source: String,
+    /// Why the statement is known not to hold: shown, and no failure.
+    #[schemars(length(min = 1))]
+    known_difference: Option<String>,
+}
+
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(untagged)]
+enum NumberOrWord {
+    Number(#[schemars(range(min = -1e15, max = 1e15))] f64),
+    Word(String),
+}
+
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(untagged)]
+enum Tolerance {
+    Absolute(#[schemars(range(min = 0, max = 1e15))] f64),
+    Percent(#[schemars(extend("pattern" = "%$"))] String),
+}
+
+impl ExpectKeys {
+    /// The statement at a pointer.
+    pub(super) fn expect(self, at: &str) -> Result<Expect, CaseError> {
+        let bound = self.bound(at)?;
+        if let Some([first, last]) = self.between {
+            let us = |time: f64| short_number_text(time * 1e6);
+            let refused =
+                |expected: &str, found: String| Err(CaseError::at(format!("{at}/between_us"), expected, found));
+            if first >= last {
+                return refused("two times, the earlier one first", format!("[{},{}]", us(first), us(last)));
+            }
+            if self.at.is_some() {
+                return refused("either \"at_us\" or \"between_us\"", "both".to_owned());
+            }
         }
-        Ok(Output {
-            history_interval: self.history_interval_us.si(),
-            frames: self.frames,
-            profile_times,
-            profile_along: self.profile_along,
-        })
+        let Self { quantity, at, between, source, .. } = self;
+        let known_difference = self.known_difference.unwrap_or_default();
+        Ok(Expect { quantity, bound, at, between, source, known_difference })
+    }
+
+    fn bound(&self, at: &str) -> Result<Bound, CaseError> {
+        let refused =
+            |key: &str, expected: &str, found: String| Err(CaseError::at(format!("{at}{key}"), expected, found));
+        let in_words = |tolerance: &Tolerance| match tolerance {
+            Tolerance::Absolute(number) => number_text(*number),
+            Tolerance::Percent(text) => quote(text),
+        };
+        let ranged = self.min.is_some() || self.max.is_some();
+        match (&self.value, &self.tolerance) {
+            (Some(_), _) if ranged => refused("/value", "either \"value\" or \"min\" and \"max\"", "both".to_owned()),
+            (Some(NumberOrWord::Word(word)), None) => Ok(Bound::Word(word.clone())),
+            (Some(NumberOrWord::Word(_)), Some(tolerance)) => {
+                refused("/tolerance", "no tolerance with a word as value", in_words(tolerance))
+            }
+            (Some(NumberOrWord::Number(_)), None) => {
+                let expected = "a tolerance with a number as value, absolute or like \"1%\"";
+                refused("/tolerance", expected, "nothing".to_owned())
+            }
+            (Some(NumberOrWord::Number(value)), Some(tolerance)) => {
+                let tolerance = match tolerance {
+                    Tolerance::Absolute(number) => *number,
+                    Tolerance::Percent(text) => percent(text).unwrap_or_default() * value.abs(),
+                };
+                Ok(Bound::Value { value: *value, tolerance })
+            }
+            (None, Some(tolerance)) => refused("/tolerance", "no tolerance without \"value\"", in_words(tolerance)),
+            (None, None) if !ranged => refused("", "\"value\", \"min\" or \"max\"", "none of them".to_owned()),
+            (None, None) => {
+                let (min, max) = (self.min.unwrap_or(f64::NEG_INFINITY), self.max.unwrap_or(f64::INFINITY));
+                if min > max {
+                    let expected = format!("at most max, which is {}", number_text(max));
+                    return refused("/min", &expected, number_text(min));
+                }
+                Ok(Bound::Range { min, max })
+            }
+        }
+    }
+}
+
+impl Expect {
+    /// The statement in words.
+    pub(super) fn in_words(&self) -> String {
+        let bound = match &self.bound {
+            Bound::Word(word) => format!("= {}", quote(word)),
+            Bound::Value { value, tolerance } => format!("= {} ± {}", number_text(*value), number_text(*tolerance)),
+            Bound::Range { min, max } if *max == f64::INFINITY => format!("≥ {}", number_text(*min)),
+            Bound::Range { min, max } if *min == f64::NEG_INFINITY => format!("≤ {}", number_text(*max)),
+            Bound::Range { min, max } => format!("in [{}, {}]", number_text(*min), number_text(*max)),
+        };
+        format!("{} {bound}", self.quantity)
     }
 }

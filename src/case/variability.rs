@@ -8,43 +8,97 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::text::short_number_text;
-use super::units::{Deg, MS, Mm, choices};
+use super::error::short_number_text;
+use super::keys::choices;
 use super::{Case, CaseError, Fabric, Projectile};
 use crate::num::link::Link;
 use crate::num::random::DrawKey;
 
 /// Variability from shot to shot.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 pub struct Variability {
-    /// Seed of all draws.
+    /// Number that all draws come from.
+    ///
+    /// Default: one sequence of shots.
+    #[schemars(range(min = 0, max = u32::MAX), extend("default" = 1))]
     pub seed: u32,
-    /// The shot that the case is; `None`: the nominal one.
+    /// The shot whose draws this case has, counted from 0.
+    ///
+    /// Left out: the nominal case: nothing varies.
+    #[schemars(range(min = 0, max = u32::MAX))]
     pub shot: Option<u32>,
-    /// Where the projectile hits.
+    /// Where the projectile hits: the point of aim, or anywhere in the unit cell around it, evenly.
+    ///
+    /// Default: the point of aim.
+    #[schemars(extend("default" = "aimed"))]
     pub hit: HitPlace,
-    /// Impact velocity [m/s].
+    /// Impact velocity about the nominal one [m/s].
+    ///
+    /// Left out: it does not vary.
+    #[schemars(with = "Option<VelocityKeys>")]
     pub velocity: Option<Scattered>,
-    /// Obliquity [rad].
+    /// Angle of the line of flight about the nominal one; at normal incidence in any direction [rad].
+    ///
+    /// Left out: it does not vary.
+    #[schemars(with = "Option<AngleKeys>")]
     pub obliquity: Option<Scattered>,
-    /// Yaw [rad].
+    /// Yaw about the nominal one, in the plane of the azimuth; at normal incidence in any direction [rad].
+    ///
+    /// Left out: it does not vary.
+    #[schemars(with = "Option<AngleKeys>")]
     pub yaw: Option<Scattered>,
-    /// Modulus of warp and weft, one draw each, over the nominal one [-].
+    /// Axial modulus of the fibre: one draw for warp, one for weft of a fabric.
+    ///
+    /// Left out: it does not vary.
     pub modulus: Option<Scattered>,
-    /// Crimp of warp and weft, one draw each, over the nominal one [-].
+    /// Crimp: one draw for warp, one for weft of a fabric; an areal density that is given stays.
+    ///
+    /// Left out: it does not vary.
     pub crimp: Option<Scattered>,
-    /// Strength along the yarns.
+    /// Strength of yarns along their length and between them, after Weibull.
+    ///
+    /// Left out: it does not vary.
     pub yarn_strength: Option<YarnStrength>,
 }
 
 /// Scatter about a nominal value.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[non_exhaustive]
 pub struct Scattered {
     /// Distribution about the nominal value.
+    ///
+    /// Default: assumed: many small causes.
+    #[schemars(extend("default" = "normal"))]
     pub distribution: Distribution,
-    /// Standard deviation of a normal distribution, half the width of a uniform one.
+    /// Standard deviation of a normal distribution, half the width of a uniform one, over the nominal value.
+    #[schemars(range(max = 0.5), extend("exclusiveMinimum" = 0))]
     pub scatter: f64,
+}
+
+#[derive(JsonSchema)]
+#[allow(dead_code, reason = "for their schema")]
+struct VelocityKeys {
+    /// Distribution about the nominal value.
+    ///
+    /// Default: assumed: many small causes.
+    #[schemars(extend("default" = "normal"))]
+    distribution: Distribution,
+    /// Standard deviation of a normal distribution, half the width of a uniform one.
+    #[schemars(range(max = 1000), extend("exclusiveMinimum" = 0))]
+    scatter_m_s: f64,
+}
+
+#[derive(JsonSchema)]
+#[allow(dead_code, reason = "for their schema")]
+struct AngleKeys {
+    /// Distribution about the nominal value.
+    ///
+    /// Default: assumed: many small causes.
+    #[schemars(extend("default" = "normal"))]
+    distribution: Distribution,
+    /// Standard deviation of a normal distribution, half the width of a uniform one.
+    #[schemars(range(max = 45), extend("exclusiveMinimum" = 0))]
+    scatter_deg: f64,
 }
 
 choices! {
@@ -67,13 +121,18 @@ choices! {
 }
 
 /// Strength of yarns: Weibull's distribution along them, and another one between them.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 pub struct YarnStrength {
-    /// Shape m along a yarn [-].
+    /// Weibull's shape m along a yarn; large: even.
+    #[schemars(range(min = 1, max = 1000), extend("help" = "Kevlar 49 yarn has 8 to 22, by gauge length"))]
     pub shape: f64,
-    /// Length of the yarns whose mean failure strain the fabric's is [m].
+    /// Length of the yarns whose mean failure strain is the fabric's failure_strain; a shorter piece is stronger [m].
+    #[schemars(rename = "gauge_length_mm", range(min = 0.01, max = 1e5))]
     pub gauge_length: f64,
-    /// Shape of the distribution of yarns, its mean 1 [-]; `None`: they do not differ but along their length.
+    /// Weibull's shape of the distribution of whole yarns about mean 1.
+    ///
+    /// Left out: yarns do not differ but along their length.
+    #[schemars(range(min = 1, max = 1000))]
     pub yarn_shape: Option<f64>,
 }
 
@@ -102,126 +161,6 @@ pub(crate) const RANGE_STREAM: u32 = 6;
 
 /// Degrees in a radian.
 const DEGREES: f64 = 180.0 / std::f64::consts::PI;
-/// Meaning of a quantity that is left out.
-const CONSTANT: &str = "it does not vary";
-/// Source of the default distribution.
-const MANY_CAUSES: &str = "assumed: many small causes";
-
-#[derive(Debug, Deserialize, JsonSchema)]
-pub(super) struct VariabilityKeys {
-    /// Number that all draws come from.
-    #[schemars(range(min = 0, max = u32::MAX), extend("default" = 1, "source" = "one sequence of shots"))]
-    seed: u32,
-    /// The shot whose draws this case has, counted from 0.
-    #[schemars(range(min = 0, max = u32::MAX), extend("without" = "the nominal case: nothing varies"))]
-    shot: Option<u32>,
-    /// Where the projectile hits: the point of aim, or anywhere in the unit cell around it, evenly.
-    #[schemars(extend("default" = "aimed", "source" = "the point of aim"))]
-    hit: HitPlace,
-    /// Impact velocity about the nominal one.
-    #[schemars(extend("without" = CONSTANT))]
-    velocity: Option<VelocityKeys>,
-    /// Angle of the line of flight about the nominal one; at normal incidence in any direction.
-    #[schemars(extend("without" = CONSTANT))]
-    obliquity: Option<AngleKeys>,
-    /// Yaw about the nominal one, in the plane of the azimuth; at normal incidence in any direction.
-    #[schemars(extend("without" = CONSTANT))]
-    yaw: Option<AngleKeys>,
-    /// Axial modulus of the fibre: one draw for warp, one for weft of a fabric.
-    #[schemars(extend("without" = CONSTANT))]
-    modulus: Option<FractionKeys>,
-    /// Crimp: one draw for warp, one for weft of a fabric; an areal density that is given stays.
-    #[schemars(extend("without" = CONSTANT))]
-    crimp: Option<FractionKeys>,
-    /// Strength of yarns along their length and between them, after Weibull.
-    #[schemars(extend("without" = CONSTANT))]
-    yarn_strength: Option<StrengthKeys>,
-}
-
-#[derive(Debug, Deserialize, JsonSchema)]
-struct VelocityKeys {
-    /// Distribution about the nominal value.
-    #[schemars(extend("default" = "normal", "source" = MANY_CAUSES))]
-    distribution: Distribution,
-    /// Standard deviation of a normal distribution, half the width of a uniform one.
-    #[schemars(range(max = 1000.0), extend("exclusiveMinimum" = 0.0))]
-    scatter_m_s: MS,
-}
-
-#[derive(Debug, Deserialize, JsonSchema)]
-struct AngleKeys {
-    /// Distribution about the nominal value.
-    #[schemars(extend("default" = "normal", "source" = MANY_CAUSES))]
-    distribution: Distribution,
-    /// Standard deviation of a normal distribution, half the width of a uniform one.
-    #[schemars(range(max = 45.0), extend("exclusiveMinimum" = 0.0))]
-    scatter_deg: Deg,
-}
-
-#[derive(Debug, Deserialize, JsonSchema)]
-struct FractionKeys {
-    /// Distribution about the nominal value.
-    #[schemars(extend("default" = "normal", "source" = MANY_CAUSES))]
-    distribution: Distribution,
-    /// Standard deviation of a normal distribution, half the width of a uniform one, over the nominal value.
-    #[schemars(range(max = 0.5), extend("exclusiveMinimum" = 0.0))]
-    scatter: f64,
-}
-
-#[derive(Debug, Deserialize, JsonSchema)]
-struct StrengthKeys {
-    /// Weibull's shape m along a yarn; large: even.
-    #[schemars(range(min = 1.0, max = 1000.0), extend("help" = "Kevlar 49 yarn has 8 to 22, by gauge length"))]
-    shape: f64,
-    /// Length of the yarns whose mean failure strain is the fabric's failure_strain; a shorter piece is stronger.
-    #[schemars(range(min = 0.01, max = 1e5))]
-    gauge_length_mm: Mm,
-    /// Weibull's shape of the distribution of whole yarns about mean 1.
-    #[schemars(range(min = 1.0, max = 1000.0), extend("without" = "yarns do not differ but along their length"))]
-    yarn_shape: Option<f64>,
-}
-
-impl VariabilityKeys {
-    /// The variability of a case. The body that flies must be there for its scatter to mean anything.
-    pub(super) fn variability(self, projectile: Option<&Projectile>) -> Result<Variability, CaseError> {
-        let of_angle = |keys: AngleKeys| Scattered { distribution: keys.distribution, scatter: keys.scatter_deg.si() };
-        let of_value = |keys: FractionKeys| Scattered { distribution: keys.distribution, scatter: keys.scatter };
-        let variability = Variability {
-            seed: self.seed,
-            shot: self.shot,
-            hit: self.hit,
-            velocity: self
-                .velocity
-                .map(|keys| Scattered { distribution: keys.distribution, scatter: keys.scatter_m_s.si() }),
-            obliquity: self.obliquity.map(of_angle),
-            yaw: self.yaw.map(of_angle),
-            modulus: self.modulus.map(of_value),
-            crimp: self.crimp.map(of_value),
-            yarn_strength: self.yarn_strength.map(|keys| YarnStrength {
-                shape: keys.shape,
-                gauge_length: keys.gauge_length_mm.si(),
-                yarn_shape: keys.yarn_shape,
-            }),
-        };
-        let Variability { velocity, obliquity, yaw, .. } = &variability;
-        let in_flight = [
-            ("hit", variability.hit == HitPlace::UnitCell),
-            ("velocity", velocity.is_some()),
-            ("obliquity", obliquity.is_some()),
-            ("yaw", yaw.is_some()),
-        ];
-        let at = |name: &str| format!("/variability/{name}");
-        match (in_flight.iter().find(|(_, varies)| *varies), projectile) {
-            (Some((name, _)), None) => {
-                Err(CaseError::at(at(name), "a projectile, whose flight varies", "none in the case"))
-            }
-            (_, Some(projectile)) if yaw.is_some() && projectile.shape.is_bar() => {
-                Err(CaseError::at(at("yaw"), "a projectile that can yaw", "a bar, which lies along the pack"))
-            }
-            _ => Ok(variability),
-        }
-    }
-}
 
 impl Scattered {
     /// Deviation from the nominal value for a number that is uniform between 0 and 1; in the unit of the scatter.
@@ -243,6 +182,26 @@ impl Scattered {
 }
 
 impl Variability {
+    /// Refuses scatter of a flight without the body that flies.
+    pub(super) fn check(&self, projectile: Option<&Projectile>) -> Result<(), CaseError> {
+        let in_flight = [
+            ("hit", self.hit == HitPlace::UnitCell),
+            ("velocity", self.velocity.is_some()),
+            ("obliquity", self.obliquity.is_some()),
+            ("yaw", self.yaw.is_some()),
+        ];
+        let refused = |name: &str, expected: &str, found: &str| {
+            Err(CaseError::at(format!("/variability/{name}"), expected, found))
+        };
+        match (in_flight.iter().find(|(_, varies)| *varies), projectile) {
+            (Some((name, _)), None) => refused(name, "a projectile, whose flight varies", "none in the case"),
+            (_, Some(projectile)) if self.yaw.is_some() && projectile.shape.is_bar() => {
+                refused("yaw", "a projectile that can yaw", "a bar, which lies along the pack")
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// Whether anything differs between two shots.
     pub fn varies(&self) -> bool {
         self.hit == HitPlace::UnitCell

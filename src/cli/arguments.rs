@@ -25,7 +25,7 @@ use super::verify::VerifyArguments;
                   3 no device for what was asked, 130 interrupted. `ripstop explain` says more."
 )]
 pub(crate) struct Arguments {
-    /// What to do.
+    /// Command
     #[command(subcommand)]
     pub(crate) command: Command,
     /// Say on standard error what is done; -vv says more. RIPSTOP_LOG takes filters, such as ripstop::run::record=debug
@@ -54,15 +54,15 @@ pub(crate) enum Command {
     Fit(FitArguments),
     /// Many shots of a case: one table, one page
     Shots(ShotsArguments),
-    /// The velocity at which half of all shots perforate, with its interval, from a case
+    /// Velocity at which half of all shots perforate, with its interval, from a case
     V50(V50Arguments),
     /// Shots or a V50 at every point of a grid over any keys of a case
     Sweep(SweepArguments),
-    /// What this machine offers and what `--backend auto` would choose
+    /// Processor, adapters and memory of this machine, and the choice of `--backend auto`
     Info(InfoArguments),
     /// JSON Schema of the case file
     Schema(SchemaArguments),
-    /// What an exit code or a warning means and what to do
+    /// Meaning of an exit code or a warning, and what to do
     Explain(ExplainArguments),
     /// Completion script for a shell
     Completions(CompletionsArguments),
@@ -71,7 +71,7 @@ pub(crate) enum Command {
 /// Backend and number type.
 #[derive(Args, Debug)]
 pub(crate) struct BackendArguments {
-    /// What computes
+    /// Backend that computes
     #[arg(long, value_enum, default_value = "auto")]
     pub(crate) backend: BackendChoice,
     /// Graphics adapter, by part of its name or its number in `ripstop info` [default: the best]
@@ -82,7 +82,7 @@ pub(crate) struct BackendArguments {
     pub(crate) precision: Option<Precision>,
 }
 
-/// Choice of what computes.
+/// Choice of backend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum BackendChoice {
     /// A real GPU if there is one, else the CPU

@@ -15,7 +15,6 @@ use super::arguments::{BackendArguments, BackendChoice};
 use super::backend;
 use super::failure::CommandFailure;
 use super::input::tolerance;
-use super::run::Print;
 use super::terminal::{self, Align, Bar, TextTable};
 
 /// Name of the file written.
@@ -57,7 +56,7 @@ pub(crate) struct BenchArguments {
     /// Worker threads [default: all cores]
     #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
     threads: Option<usize>,
-    /// Run every choice so many times and take the shortest
+    /// Runs of every choice, of which the shortest counts
     #[arg(long, value_name = "N", default_value = "1", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1000))]
     repeat: usize,
     /// Folder for the results
@@ -122,7 +121,7 @@ pub(crate) fn bench(arguments: &BenchArguments) -> Result<(), CommandFailure> {
     let written = folder.put(&[(FILE, format!("{report:#}\n"))], &[FILE]);
     let file = if written.is_ok() { format!("files  {}: {FILE}\n", folder.path().display()) } else { String::new() };
     let text = || measured.iter().map(|one| text(one, tolerance)).collect::<String>() + &file;
-    Print::of(arguments.json, arguments.quiet).show(|| report.clone(), text)?;
+    terminal::show(arguments.json, arguments.quiet, || report.clone(), text)?;
     written?;
     failure.map_or_else(|| verdict(&measured, folder.path()), Err)
 }
@@ -152,7 +151,7 @@ fn signed(value: f64) -> String {
     format!("{sign}{}", short(value, 3))
 }
 
-/// The table of one case, how far its errors can be told apart, what was not run, and the choice to take.
+/// Table of one case, scatter of its reference, configurations left out, and the choice to take.
 fn text(measured: &BenchResult, tolerance: f64) -> String {
     let run = &measured.reference;
     let end = if run.stop_time.is_some() { "stop time" } else { "velocity left" };
@@ -168,7 +167,7 @@ fn text(measured: &BenchResult, tolerance: f64) -> String {
     };
     let mut out = format!(
         "{}\n\nreference: {}\n  {}, {reached}, {} of loop\n\n{table}\n\
-         errors against the reference; *: nothing is both faster and more accurate; !: another outcome\n",
+         errors against the reference; !: another outcome\n",
         measured.case.title,
         bench::REFERENCE,
         run.outcome.word(),
@@ -207,7 +206,7 @@ fn cells(row: &BenchRow) -> [String; 8] {
         _ => row.run.outcome.word(),
     };
     [
-        [if row.on_front { "*" } else { "" }, if row.same_outcome { "" } else { "!" }].concat(),
+        if row.same_outcome { "" } else { "!" }.to_owned(),
         row.configuration.name.clone(),
         short(row.time(), 3),
         fixed(row.rate() / 1e6, 1),

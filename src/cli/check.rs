@@ -95,19 +95,15 @@ fn the_run(case: &Case, simulation: &Simulation<f64>) -> TextTable {
     let numbers = (state.nodes.data.len() + state.elements.data.len()) * size_of::<f64>();
     let memory = numbers as f64 + rows * size_of::<Sample>() as f64;
     let elements = model.whole_elements() as u64;
-    let mut table = TextTable::plain(&[Align::Left, Align::Left]);
-    for (name, value) in [
-        ("critical time step", format!("{}, set by: {}", us(model.bound.critical_step), model.bound.set_by)),
-        ("time step", us(model.dt)),
-        ("steps", format!("{} at most", grouped(steps))),
-        ("elements", grouped(elements)),
-        ("element-steps", format!("{} at most", grouped(elements.saturating_mul(steps)))),
-        ("symmetry", symmetry(model.planes)),
-        ("memory", format!("{} of state and history", bytes(memory))),
-    ] {
-        table.row([format!("  {name}"), value]);
-    }
-    table
+    TextTable::pairs([
+        ("  critical time step", format!("{}, set by: {}", us(model.bound.critical_step), model.bound.set_by)),
+        ("  time step", us(model.dt)),
+        ("  steps", format!("{} at most", grouped(steps))),
+        ("  elements", grouped(elements)),
+        ("  element-steps", format!("{} at most", grouped(elements.saturating_mul(steps)))),
+        ("  symmetry", symmetry(model.planes)),
+        ("  memory", format!("{} of state and history", bytes(memory))),
+    ])
 }
 
 /// Prints what this machine offers.

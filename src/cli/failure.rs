@@ -14,11 +14,11 @@ use ripstop::run::checkpoint::CheckpointError;
 use super::terminal;
 
 /// A check failed or the run became unstable.
-pub(crate) const CHECK: u8 = 1;
+const CHECK: u8 = 1;
 /// Bad input or usage, or results that cannot be written.
-pub(crate) const INPUT: u8 = 2;
+const INPUT: u8 = 2;
 /// No device for what was asked.
-pub(crate) const DEVICE: u8 = 3;
+const DEVICE: u8 = 3;
 /// Stopped by the user.
 pub(crate) const INTERRUPTED: u8 = 130;
 

@@ -45,23 +45,21 @@ pub(crate) fn part(title: &str, text: &str) -> String {
     if text.is_empty() { String::new() } else { format!("\n{}\n{}", terminal::heading(title), terminal::indent(text)) }
 }
 
-/// Sentences a reader should look at, under a word.
-pub(crate) fn remarks(word: &str, sentences: &[String]) -> String {
+/// Sentences to look at, each after a word.
+pub(crate) fn notes(word: &str, sentences: &[String]) -> String {
     let one = |text: &String| format!("{}  {}\n", terminal::caution(word), terminal::wrapped(text, 6).join("\n      "));
     sentences.iter().map(one).collect()
 }
 
-/// Where files were written, and their names.
+/// Folder and names of the files written.
 pub(crate) fn files(folder: &Path, names: &[&str]) -> String {
     format!("\n{}  {}\n  {}\n", terminal::heading("files"), folder.display(), names.join(", "))
 }
 
 /// One line each, with its code.
 pub(crate) fn warnings(warnings: &[Warning]) -> String {
-    let mut table = TextTable::plain(&[Align::Left, Align::Left]);
-    for warning in warnings {
-        table.row([terminal::caution(warning.kind.code), warning.message.clone()]);
-    }
+    let rows = warnings.iter().map(|warning| (terminal::caution(warning.kind.code), warning.message.clone()));
+    let table = TextTable::pairs(rows);
     match warnings.first() {
         Some(first) => format!("{table}`ripstop explain {}` says what it means and what to do\n", first.kind.code),
         None => String::new(),
@@ -89,28 +87,21 @@ fn advice(checks: &[Check]) -> String {
     lines.join("\n")
 }
 
-/// Which yarns broke, and where; nothing where none did.
+/// Broken yarns and their places; empty where none broke.
 fn damage(case: &Case, run: &Run) -> String {
     let found = Breakage::of(case, run);
     if found.pieces() == 0 {
         return String::new();
     }
-    let [warp, weft] = found.yarns.map(|count| grouped(count as u64));
-    let mut table = TextTable::plain(&[Align::Left, Align::Left]);
-    table.row([
-        "yarns",
-        format!("{}: {warp} warp, {weft} weft", grouped(found.yarns.iter().sum::<usize>() as u64)).as_str(),
-    ]);
-    let [hit, edges, elsewhere] = [found.at_hit, found.at_edges, found.elsewhere].map(|count| grouped(count as u64));
-    let pieces = grouped(found.pieces() as u64);
-    table.row([
-        "places",
-        format!("{pieces}: {hit} within two diameters of the hit, {edges} at edges, {elsewhere} elsewhere").as_str(),
-    ]);
-    part("broken", &table.to_string())
+    let [warp, weft, total] = [found.yarns[0], found.yarns[1], found.yarns.iter().sum()].map(|n| grouped(n as u64));
+    let [pieces, hit, edges, elsewhere] =
+        [found.pieces(), found.at_hit, found.at_edges, found.elsewhere].map(|count| grouped(count as u64));
+    let places = format!("{pieces}: {hit} within two diameters of the hit, {edges} at edges, {elsewhere} elsewhere");
+    let rows = [("yarns", format!("{total}: {warp} warp, {weft} weft")), ("places", places)];
+    part("broken", &TextTable::pairs(rows).to_string())
 }
 
-/// What the fabric was given and where it is at the end.
+/// Energy given to the fabric, and its shares at the end.
 fn energy(run: &Run) -> String {
     let Some(energies) = Energies::of(run) else { return String::new() };
     let mut table = TextTable::plain(&[Align::Left, Align::Right, Align::Right]);
@@ -129,12 +120,11 @@ fn energy(run: &Run) -> String {
     part("energy", &table.to_string())
 }
 
-/// Every check with its number, and what was assumed.
+/// Every check with its number, and assumed parameters.
 fn trust(checks: &[Check], summary: &Value) -> String {
-    let mut table = TextTable::plain(&[Align::Left, Align::Left]);
-    checks.iter().for_each(|check| table.row([check.name, check.value.as_str()]));
     let assumed: Vec<&str> = summary["assumed"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
-    table.row(["assumed parameters", assumed.len().to_string().as_str()]);
+    let rows = checks.iter().map(|check| (check.name, check.value.clone()));
+    let table = TextTable::pairs(rows.chain([("assumed parameters", assumed.len().to_string())]));
     let pointers: String = terminal::wrapped(&assumed.join(", "), 4).iter().map(|line| format!("  {line}\n")).collect();
     part("trust", &format!("{table}{pointers}"))
 }
@@ -142,34 +132,27 @@ fn trust(checks: &[Check], summary: &Value) -> String {
 fn cost(case: &Case, run: &Run, summary: &Value) -> String {
     let element_steps = run.elements as u64 * run.steps;
     let rate = element_steps as f64 / run.loop_seconds / 1e6;
-    let mut table = TextTable::plain(&[Align::Left, Align::Left]);
-    let courant = case.solver.courant;
-    let step = format!("{}, {courant} of the critical step, set by: {}", us(run.time_step), run.step_set_by);
-    table.row(["time step", step.as_str()]);
-    let done = format!(
-        "{} elements × {} steps = {} element-steps",
-        grouped(run.elements as u64),
-        grouped(run.steps),
-        grouped(element_steps)
-    );
-    table.row(["work", done.as_str()]);
-    let share = 100.0 * run.element_steps_computed as f64 / element_steps.max(1) as f64;
+    let [elements, steps, product] = [run.elements as u64, run.steps, element_steps].map(grouped);
+    let share = fixed(100.0 * run.element_steps_computed as f64 / element_steps.max(1) as f64, 1);
     let computed = match run.planes {
-        MirrorPlanes::NONE => format!("{} % of them", fixed(share, 1)),
-        planes => format!("{} % of them: {}", fixed(share, 1), symmetry(planes)),
+        MirrorPlanes::NONE => format!("{share} % of them"),
+        planes => format!("{share} % of them: {}", symmetry(planes)),
     };
-    table.row(["computed", computed.as_str()]);
-    let off = run.skips.switched_off();
-    if !off.is_empty() {
-        table.row(["not skipped", off.join(", ").as_str()]);
-    }
+    let (courant, set_by) = (case.solver.courant, &run.step_set_by);
+    let step = format!("{}, {courant} of the critical step, set by: {set_by}", us(run.time_step));
     let wall = summary["wall_s"].as_f64().unwrap_or(0.0);
     let time = format!("{wall:.2} s, of which the loop {:.2} s: {rate:.1} M element-steps/s", run.loop_seconds);
-    table.row(["wall time", time.as_str()]);
     let threads = if run.threads == 1 { "1 thread".to_owned() } else { format!("{} threads", run.threads) };
-    let what = run.adapter.clone().unwrap_or(threads);
-    table.row(["on", format!("{}, {what}, {}", run.backend, run.precision).as_str()]);
-    part("cost", &table.to_string())
+    let what = run.adapter.as_ref().unwrap_or(&threads);
+    let rows = [
+        ("time step", step),
+        ("work", format!("{elements} elements × {steps} steps = {product} element-steps")),
+        ("computed", computed),
+        ("not skipped", run.skips.switched_off().join(", ")),
+        ("wall time", time),
+        ("on", format!("{}, {what}, {}", run.backend, run.precision)),
+    ];
+    part("cost", &TextTable::pairs(rows.into_iter().filter(|(_, value)| !value.is_empty())).to_string())
 }
 
 fn expectations(summary: &Value) -> String {

@@ -5,19 +5,19 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::{Args, builder::RangedU64ValueParser};
-use ripstop::case::{self, Case};
+use ripstop::case;
 use ripstop::output::Animation;
 use ripstop::output::frames::Recorder;
 use ripstop::output::number::us;
 use ripstop::output::{CHECKPOINT, CheckpointWriter, Folder};
+use ripstop::run;
 use ripstop::run::checkpoint::{Checkpoint, Header};
-use ripstop::run::{self, Options};
 use serde_json::Value;
 
 use super::backend;
 use super::failure::CommandFailure;
 use super::input::interval;
-use super::run::{Print, RunObserver, conclude, file};
+use super::run::{RunObserver, conclude, file};
 use super::terminal::{self, Bar};
 
 /// `ripstop resume`
@@ -26,7 +26,7 @@ use super::terminal::{self, Bar};
   ripstop run shot.json --checkpoint-every 10
   ripstop resume out/shot
 
-The case, what computes, its number type and what is left out are those of the run; so are all files, to the last bit, but
+The case, the backend, its number type and the skips are those of the run; so are all files, to the last bit, but
 for the time it took. Frames of the run so far lie in DIR/checkpoint.frames until it ends. The case in DIR must be the one that the run began with. A run that has ended is left as it is.")]
 pub(crate) struct ResumeArguments {
     /// Folder of the run
@@ -75,16 +75,26 @@ pub(crate) fn resume(arguments: &ResumeArguments) -> Result<(), CommandFailure> 
     let options = chosen.options(arguments.threads.or(head.threads)).skips(head.skips).resume(&checkpoint);
     let report = head.report && !arguments.no_report;
     let head = Header { every: arguments.checkpoint_every.unwrap_or(head.every), report, ..head.clone() };
-    let recorder = recorder_again(&case, &folder, &options, &head, say);
-    let animation = if report { Some(animation_again(&case, &checkpoint, say)?) } else { None };
+    let recorder = (case.output.frames > 0).then(|| {
+        let (recorder, lost) = Recorder::resume(&folder, &case, &options, &head);
+        lost.iter().for_each(|lost| say(&format!("warning: {lost}; the files of frames begin after that")));
+        recorder
+    });
+    let kept = if report { Some(checkpoint.observer_state()?) } else { None };
+    let animation = kept.map(|kept| {
+        Animation::resume(&case, &kept, head.step, head.time_step).unwrap_or_else(|| {
+            let from = us(head.time);
+            say(&format!("warning: the pictures before {from} are lost; the report's playback begins there"));
+            Animation::new(&case)
+        })
+    });
     let checkpoint_writer = Some(CheckpointWriter::new(&folder, &case, head, start));
     let mut observer = RunObserver { bar: &bar, animation, recorder, checkpoint_writer, complained: false };
     let run = run::run(&case, options, &interrupted, &mut observer);
     bar.clear();
     let run = run.map_err(|error| CommandFailure::start(&file(&case), &error))?;
     let wall = observer.checkpoint_writer.as_ref().map_or(0.0, |writer| writer.spent(run.loop_seconds).wall);
-    let print = Print::of(arguments.json, arguments.quiet);
-    conclude(&case, run, &folder, observer, wall, print)
+    conclude(&case, run, &folder, observer, wall, [arguments.json, arguments.quiet])
 }
 
 /// A run that has ended is no mistake; a folder without a run is.
@@ -100,29 +110,4 @@ fn nothing_to_resume(folder: &Path, quiet: bool) -> Result<(), CommandFailure> {
     let expected = format!("a folder with a checkpoint, {CHECKPOINT}");
     let help = "`ripstop run CASE.json --checkpoint-every US` leaves them";
     Err(CommandFailure::expected(folder.display(), expected, "none").help(help))
-}
-
-/// Recorder of a run that goes on; `say` hears of frames that are lost.
-fn recorder_again<'a>(
-    case: &'a Case,
-    folder: &'a Folder,
-    options: &Options<'_>,
-    head: &Header,
-    say: impl Fn(&str),
-) -> Option<Recorder<'a>> {
-    (case.output.frames > 0).then(|| {
-        let (recorder, lost) = Recorder::resume(folder, case, options, head);
-        lost.iter().for_each(|lost| say(&format!("warning: {lost}; the files of frames begin after that")));
-        recorder
-    })
-}
-
-/// The animation of a run that goes on; `say` hears of one that is lost.
-fn animation_again(case: &Case, checkpoint: &Checkpoint, say: impl Fn(&str)) -> Result<Animation, CommandFailure> {
-    let head = checkpoint.header();
-    Ok(Animation::resume(case, &checkpoint.observer_state()?, head.step, head.time_step).unwrap_or_else(|| {
-        let from = us(head.time);
-        say(&format!("warning: the pictures before {from} are lost; the report's playback begins there"));
-        Animation::new(case)
-    }))
 }

@@ -10,7 +10,7 @@ use ripstop::output::checks::case_warnings;
 use ripstop::output::expect::{Judgement, judgement};
 use ripstop::output::frames::Recorder;
 use ripstop::output::report;
-use ripstop::output::{self, Animation, CHECKPOINT, CheckpointWriter, Folder, StagedFrames};
+use ripstop::output::{self, Animation, CHECKPOINT, CheckpointWriter, Folder};
 use ripstop::run::checkpoint::{Checkpointable, Header};
 use ripstop::run::{self, Observer, Options, Progress, Run, RunError, Skips, View};
 use serde_json::Value;
@@ -70,7 +70,7 @@ pub(crate) struct RunArguments {
     /// Frames for ParaView, evenly from impact to the end of the run, in frames.pvd [default: /output/frames of the case]
     #[arg(long, value_name = "N")]
     pub(crate) frames: Option<u32>,
-    /// Leave a checkpoint in DIR every so many simulated µs, and at Ctrl-C, for `ripstop resume DIR`; it goes when the run ends
+    /// Simulated µs between checkpoints in DIR, from which `ripstop resume DIR` goes on; Ctrl-C leaves one too, the end of the run none
     #[arg(long, value_name = "US", value_parser = interval)]
     pub(crate) checkpoint_every: Option<f64>,
     /// Print nothing but errors
@@ -88,21 +88,21 @@ impl RunArguments {
         self.sets.iter().cloned().chain(frames).collect()
     }
 
-    /// What is left out.
+    /// Skips that are on.
     pub(crate) fn skips(&self) -> Skips {
         let on = |kind: Skip| !self.no_skip.iter().any(|off| [kind, Skip::All].contains(off));
         Skips { wavefront: on(Skip::Wavefront), outcome: on(Skip::Outcome), symmetry: on(Skip::Symmetry) }
     }
 }
 
-/// What is left out unless asked for.
+/// Kind of skip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Skip {
-    /// What nothing has reached
+    /// Fabric that nothing has reached
     Wavefront,
-    /// What comes after the outcome
+    /// Time after the outcome
     Outcome,
-    /// What is a mirror image of something else
+    /// Mirror images
     Symmetry,
     /// Every one
     All,
@@ -174,7 +174,7 @@ pub(crate) fn shoot(
     match run {
         Ok(run) => {
             let wall = start.elapsed().as_secs_f64();
-            conclude(case, run, &folder, observer, wall, Print::of(arguments.json, arguments.quiet))
+            conclude(case, run, &folder, observer, wall, [arguments.json, arguments.quiet])
         }
         Err(error) => {
             folder.abandon();
@@ -183,62 +183,24 @@ pub(crate) fn shoot(
     }
 }
 
-/// What is printed of a result.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Print {
-    /// Nothing.
-    Nothing,
-    /// For people.
-    Table,
-    /// `summary.json`.
-    Json,
-}
-
-impl Print {
-    /// What two switches ask for.
-    pub(crate) fn of(json: bool, quiet: bool) -> Self {
-        match (json, quiet) {
-            (true, _) => Self::Json,
-            (false, true) => Self::Nothing,
-            (false, false) => Self::Table,
-        }
-    }
-
-    /// Prints a result in one form or the other, or not at all.
-    pub(crate) fn show(
-        self,
-        json: impl FnOnce() -> Value,
-        text: impl FnOnce() -> String,
-    ) -> Result<(), CommandFailure> {
-        match self {
-            Self::Json => terminal::print(&format!("{:#}\n", json())),
-            Self::Table => terminal::print(&text()),
-            Self::Nothing => Ok(()),
-        }
-    }
-}
-
-/// Writes and prints the results of a run. `wall_seconds`: time that it took, all commands together.
+/// Writes and prints the results of a run. `wall_seconds`: time of all commands together [s].
 pub(crate) fn conclude(
     case: &Case,
     mut run: Run,
     folder: &Folder,
     observer: RunObserver<'_>,
     wall_seconds: f64,
-    print: Print,
+    [json, quiet]: [bool; 2],
 ) -> Result<(), CommandFailure> {
     let RunObserver { animation, recorder, checkpoint_writer, .. } = observer;
-    let frames = recorder.map_or_else(|| Ok(StagedFrames::default()), Recorder::finish);
+    let frames = recorder.map(Recorder::finish).transpose();
     run.checkpoint_error = checkpoint_writer.as_ref().and_then(CheckpointWriter::failed).map(str::to_owned);
     let summary = output::summary(case, &run, wall_seconds);
     let page = animation.map(|animation| report::report(case, &run, &summary, &animation));
-    let (frames, refused) = match frames {
-        Ok(frames) => (frames, None),
-        Err(error) => (StagedFrames::default(), Some(error)),
-    };
-    let written = folder.write(case, &run, &summary, page, frames);
+    let (frames, refused) = frames.map_or_else(|error| (None, Some(error)), |frames| (frames, None));
+    let written = folder.write(case, &run, &summary, page, frames.unwrap_or_default());
     let files = written.as_ref().ok().map(|names| (folder.path(), names.as_slice()));
-    print.show(|| summary.clone(), || result::text(case, &run, &summary, files))?;
+    terminal::show(json, quiet, || summary.clone(), || result::text(case, &run, &summary, files))?;
     info!(folder = %folder.path().display(), files = ?written.as_deref().unwrap_or_default(), "files written");
     written?;
     if let Some(error) = refused {
@@ -263,7 +225,7 @@ pub(crate) fn file(case: &Case) -> String {
     case.path.display().to_string()
 }
 
-/// What the exit code says. `goes_on`: the run can be resumed.
+/// Exit code of a run, with its message. `goes_on`: the run can be resumed.
 fn verdict(case: &Case, run: &Run, summary: &Value, folder: &Path, goes_on: bool) -> Result<(), CommandFailure> {
     let folder = folder.display();
     let resume = if goes_on { format!("\n  help: `ripstop resume {folder}` goes on") } else { String::new() };
@@ -305,15 +267,15 @@ fn verdict(case: &Case, run: &Run, summary: &Value, folder: &Path, goes_on: bool
     )))
 }
 
-/// Shows progress, films, writes frames and keeps checkpoints.
+/// Observer of a run: progress bar, animation, frames, checkpoints.
 pub(crate) struct RunObserver<'a> {
-    /// On standard error.
+    /// Progress bar on standard error.
     pub(crate) bar: &'a Bar,
-    /// For the report.
+    /// Animation of the report, where there is one.
     pub(crate) animation: Option<Animation>,
-    /// Where frames are asked for.
+    /// Writer of frames, where they are asked for.
     pub(crate) recorder: Option<Recorder<'a>>,
-    /// Where checkpoints are asked for.
+    /// Writer of checkpoints, where they are asked for.
     pub(crate) checkpoint_writer: Option<CheckpointWriter<'a>>,
     /// Whether the user knows that checkpoints cannot be written.
     pub(crate) complained: bool,
@@ -369,7 +331,7 @@ impl Observer for RunObserver<'_> {
     }
 }
 
-/// Says that a run, which will replace it, could be resumed.
+/// Note that a run, which this one replaces, could be resumed.
 pub(crate) fn waiting(folder: &Folder) -> Option<String> {
     let path = folder.path();
     path.join(CHECKPOINT).exists().then(|| {

@@ -29,8 +29,8 @@ use super::campaign_arguments::{
 };
 use super::failure::CommandFailure;
 use super::input::Source;
-use super::result::{files, part, remarks};
-use super::run::{Print, RunArguments, shoot};
+use super::result::{files, notes, part};
+use super::run::{RunArguments, shoot};
 use super::terminal::{self, Align, Bar, TextTable};
 
 /// Half the width of the interval over V50 at which thresholds end, and realisations at most, where nothing is asked for.
@@ -132,9 +132,9 @@ pub(crate) fn fit(arguments: &FitArguments) -> Result<(), CommandFailure> {
         Ok(folder)
     };
     let written = arguments.out.as_deref().map(write).transpose()?;
-    let print = Print::of(arguments.print.json, arguments.print.quiet);
+    let print = &arguments.print;
     let folder = written.as_ref().map_or_else(String::new, |folder| files(folder.path(), &FIT_FILES));
-    print.show(|| found.json(), || text(&report) + &folder)
+    terminal::show(print.json, print.quiet, || found.json(), || text(&report) + &folder)
 }
 
 impl From<StudyError> for CommandFailure {
@@ -258,8 +258,8 @@ impl<'a> Study<'a> {
         let (json, report, device) = done.map_err(|error| failure(error, &out))?;
         let names = self.files.iter().copied().chain(["points/"]).filter(|name| out.join(name).exists());
         let names: Vec<&str> = names.collect();
-        let print = Print::of(arguments.print.json, arguments.print.quiet);
-        print.show(|| json, || text(&report) + &device_text(device) + &files(&out, &names))
+        let printed = || text(&report) + &device_text(device) + &files(&out, &names);
+        terminal::show(arguments.print.json, arguments.print.quiet, || json, printed)
     }
 }
 
@@ -316,7 +316,7 @@ fn text(report: &Report) -> String {
         let heading = if n == 0 { format!("\n{}", terminal::heading(&line[..at])) } else { String::new() };
         out += &format!("{heading}{}\n", &line[at..]);
     }
-    out += &remarks("look", &report.notes);
+    out += &notes("look", &report.notes);
     out.extend(report.tables.iter().map(table));
     out
 }

@@ -7,10 +7,12 @@ use std::io::{self, IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use console::{Alignment, Style, Term, colors_enabled_stderr, measure_text_width, pad_str, style};
+pub(crate) use console::Alignment as Align;
+use console::{Style, Term, colors_enabled_stderr, measure_text_width, pad_str, style};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use ripstop::output::number::duration;
 use ripstop::run::Progress;
+use serde_json::Value;
 use tracing_subscriber::filter::Targets;
 use tracing_subscriber::fmt::{layer, time};
 use tracing_subscriber::layer::SubscriberExt as _;
@@ -47,6 +49,20 @@ pub(crate) fn complain(message: &str) {
     aside(|| drop(writeln!(io::stderr().lock(), "{}", lines.join("\n"))));
 }
 
+/// Prints a result as JSON or as text for people, or with `quiet` alone not at all.
+pub(crate) fn show(
+    json: bool,
+    quiet: bool,
+    value: impl FnOnce() -> Value,
+    text: impl FnOnce() -> String,
+) -> Result<(), CommandFailure> {
+    match (json, quiet) {
+        (true, _) => print(&format!("{:#}\n", value())),
+        (false, false) => print(&text()),
+        (false, true) => Ok(()),
+    }
+}
+
 /// Writes while the bar, if there is one, is out of the way.
 fn aside<T>(write: impl FnOnce() -> T) -> T {
     let shown = SHOWN.lock().unwrap_or_else(PoisonError::into_inner).clone();
@@ -68,7 +84,7 @@ fn label(line: &str) -> String {
     line.to_owned()
 }
 
-/// Lines of a text, broken between words, that fit on the screen (20 columns at least) after so many blanks.
+/// Lines of a text, broken between words, that fit on the screen (20 columns at least) behind an indent [columns].
 pub(crate) fn wrapped(text: &str, indent: usize) -> Vec<String> {
     let screen = Term::stdout().size_checked().filter(|(_, columns)| *columns > 0);
     let width = screen.map_or(WIDEST, |(_, columns)| columns.into()).min(WIDEST).saturating_sub(indent).max(20);
@@ -112,15 +128,6 @@ pub(crate) fn mark(pass: bool) -> String {
     if pass { good("pass") } else { bad("FAIL") }
 }
 
-/// Side to which a column's cells stand.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Align {
-    /// Words.
-    Left,
-    /// Numbers.
-    Right,
-}
-
 /// A table: columns padded to their widest cell, whatever its colour, two blanks between them.
 #[derive(Clone, Debug)]
 pub(crate) struct TextTable {
@@ -141,6 +148,13 @@ impl TextTable {
         table
     }
 
+    /// A table of names and values.
+    pub(crate) fn pairs<T: Into<String>>(pairs: impl IntoIterator<Item = (T, String)>) -> Self {
+        let mut table = Self::plain(&[Align::Left, Align::Left]);
+        pairs.into_iter().for_each(|(name, value)| table.row([name.into(), value]));
+        table
+    }
+
     /// Adds a row; cells beyond the last column are left out.
     pub(crate) fn row<T: Into<String>>(&mut self, cells: impl IntoIterator<Item = T>) {
         self.rows.push(cells.into_iter().map(Into::into).collect());
@@ -151,17 +165,10 @@ impl fmt::Display for TextTable {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let cells = |column: usize| self.rows.iter().filter_map(move |row| row.get(column));
         let width = |column: usize| cells(column).map(|cell| measure_text_width(cell)).max().unwrap_or(0);
-        let columns: Vec<(usize, Alignment)> = self
-            .align
-            .iter()
-            .enumerate()
-            .map(|(column, align)| match align {
-                Align::Left => (width(column), Alignment::Left),
-                Align::Right => (width(column), Alignment::Right),
-            })
-            .collect();
+        let widths: Vec<usize> = (0..self.align.len()).map(width).collect();
         for row in &self.rows {
-            let padded = row.iter().zip(&columns).map(|(cell, (width, align))| pad_str(cell, *width, *align, None));
+            let columns = row.iter().zip(&widths).zip(&self.align);
+            let padded = columns.map(|((cell, width), align)| pad_str(cell, *width, *align, None));
             writeln!(f, "{}", padded.collect::<Vec<_>>().join("  ").trim_end())?;
         }
         Ok(())
@@ -220,7 +227,7 @@ impl Bar {
     }
 }
 
-/// Progress of a run after so many seconds: time, velocity, failed yarns, rate, and how long it may still take.
+/// Progress of a run after a time [s]: simulated time, velocity, failed yarns, rate, and the time it may still take.
 fn message(at: &Progress, elapsed: f64, narrow: bool) -> String {
     let rate = at.steps as f64 * at.elements as f64 / elapsed.max(1e-9) / 1e6;
     let left = duration(elapsed * (at.end_time - at.time).max(0.0) / at.time.max(1e-12));

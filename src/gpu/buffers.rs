@@ -2,9 +2,9 @@
 
 use super::DeviceError;
 use super::layout::{
-    ACCOUNT_FIELDS, BODY_WORDS, CONTACT_WORDS, EVENT_WORDS, FORCE_FIELDS, HEIGHT_FIELDS, IMPULSE_FIELDS, NODE_FIELDS,
-    PLY_ACCOUNT_FIELDS, POINT_WORDS, REACH_WORDS, SHOTS, STATUS_WORDS, STRAIN_FIELDS, STRENGTH_FIELDS, SUMS,
-    TOUCH_WORDS, VISCOUS_FIELDS,
+    ACCUMULATOR_FIELDS, BODY_WORDS, CONTACT_WORDS, EVENT_WORDS, FORCE_FIELDS, HEIGHT_FIELDS, IMPULSE_FIELDS,
+    NODE_FIELDS, PLY_ACCUMULATOR_FIELDS, POINT_WORDS, REACH_WORDS, SHOTS, STATUS_WORDS, STRAIN_FIELDS, STRENGTH_FIELDS,
+    SUMS, TOUCH_WORDS, VISCOUS_FIELDS,
 };
 use crate::model::Model;
 
@@ -59,7 +59,7 @@ buffers! {
     /// Intact yarns and residual evaluations, shape (elements,).
     Flags = "flags",
     /// Energy accumulators of the elements, shape (10, elements), and of contact between plies, shape (3, nodes).
-    Accounts = "accounts",
+    Accumulators = "accumulators",
     /// Counters, shape (12,), and active regions, shape (plies, 4).
     Status = "status",
     /// Failures, shape (2·elements, 4): every yarn breaks once, so the list cannot overflow.
@@ -107,7 +107,7 @@ pub struct Sizes {
     /// Places for nodes.
     pub nodes: u64,
     /// Nodes on the edges of the plies.
-    pub rim: u64,
+    pub edge_nodes: u64,
     /// Room for nodes near the projectile, none without one.
     pub points: u64,
     /// Room for points of the projectile's edge on each ply, none where it is not sampled.
@@ -130,7 +130,7 @@ impl Sizes {
             elements,
             yarn_fields: VISCOUS_FIELDS + STRAIN_FIELDS + if model.strength.is_some() { STRENGTH_FIELDS } else { 0 },
             nodes,
-            rim: (grid.plies * 2 * (grid.columns + grid.rows + 2)) as u64,
+            edge_nodes: (grid.plies * 2 * (grid.columns + grid.rows + 2)) as u64,
             points: if model.projectile.is_some() { nodes.min(POINTS) } else { 0 },
             constraints: if model.edges { constraints(model) } else { 0 },
             groups: (grid.plies * per_ply.div_ceil(BALANCE_ELEMENTS).clamp(1, most)) as u64,
@@ -170,10 +170,10 @@ impl Sizes {
             BufferId::Forces => [FORCE_FIELDS, self.elements],
             BufferId::Heights => [HEIGHT_FIELDS, self.elements],
             BufferId::Flags => [1, self.elements],
-            BufferId::Accounts => [1, ACCOUNT_FIELDS * self.elements + PLY_ACCOUNT_FIELDS * meeting],
+            BufferId::Accumulators => [1, ACCUMULATOR_FIELDS * self.elements + PLY_ACCUMULATOR_FIELDS * meeting],
             BufferId::Status => [1, STATUS_WORDS as u64 + REACH_WORDS * self.plies],
             BufferId::Events => [1, 2 * EVENT_WORDS * self.elements],
-            BufferId::Supports => [1, 3 * self.rim],
+            BufferId::Supports => [1, 3 * self.edge_nodes],
             BufferId::Body => [1, BODY_WORDS as u64],
             BufferId::Candidates => [1, mask_words + mask_words.div_ceil(32)],
             BufferId::Points => [1, (POINT_WORDS * self.points).max(1)],
@@ -185,8 +185,7 @@ impl Sizes {
             BufferId::Touches => [1, TOUCH_WORDS * (self.points + self.plies * self.constraints + 1)],
             BufferId::Members => [1, (2 * self.plies * members).max(1)],
             BufferId::Matrix => [1, (self.plies * members * (members + 1) / 2).max(1)],
-            BufferId::Yarns if self.yarn_fields > 0 => [self.yarn_fields, self.elements],
-            BufferId::Yarns => [1, 1],
+            BufferId::Yarns => [self.yarn_fields, self.elements],
         }
     }
 

@@ -13,8 +13,6 @@ pub enum Access {
     Write,
 }
 
-use Access::{Read, Write};
-
 /// Stage of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
@@ -59,190 +57,67 @@ pub struct Kernel {
     pub bindings: &'static [(BufferId, Access)],
 }
 
-/// A kernel's own sources; every one ends with the pack, its grid lines, the shot, the scene and numbers.
-macro_rules! sources {
-    ($($name:literal),+ $(,)?) => {
-        &[
-            $(include_str!(concat!("../../shaders/", $name, ".wgsl")),)+
-            include_str!("../../shaders/pack.wgsl"),
-            include_str!("../../shaders/grid_lines.wgsl"),
-            include_str!("../../shaders/shot.wgsl"),
-            include_str!("../../shaders/scene.wgsl"),
-            include_str!("../../shaders/scalar.wgsl"),
-        ]
+/// Kernels: stage, name, sources besides the kernel's own, and bindings. Every source ends with the pack, its grid lines, the shot, the scene
+/// and numbers.
+macro_rules! kernels {
+    ($($stage:ident $name:literal [$($source:literal),+] {$($id:ident $access:ident),+};)+) => {
+        [$(Kernel {
+            name: $name,
+            stage: Stage::$stage,
+            sources: &[
+                include_str!(concat!("../../shaders/", $name, ".wgsl")),
+                $(include_str!(concat!("../../shaders/", $source, ".wgsl")),)+
+                include_str!("../../shaders/pack.wgsl"),
+                include_str!("../../shaders/grid_lines.wgsl"),
+                include_str!("../../shaders/shot.wgsl"),
+                include_str!("../../shaders/scene.wgsl"),
+                include_str!("../../shaders/scalar.wgsl"),
+            ],
+            bindings: &[$((BufferId::$id, Access::$access)),+],
+        }),+]
     };
 }
 
-/// Extensions, unit cells, shear, failure and forces of the elements.
-const ELEMENT_FORCE: Kernel = Kernel {
-    name: "element_force",
-    stage: Stage::Elements,
-    sources: sources!(
-        "element_force",
-        "element_geometry",
-        "kinematics",
-        "membrane",
-        "failure",
-        "law_energy",
-        "crossover",
-        "coupled_newton",
-        "yarn_law",
-        "arc_length",
-        "shear",
-        "active_region"
-    ),
-    bindings: &[
-        (BufferId::Nodes, Read),
-        (BufferId::Forces, Write),
-        (BufferId::Heights, Write),
-        (BufferId::Flags, Write),
-        (BufferId::Accounts, Write),
-        (BufferId::Status, Write),
-        (BufferId::Events, Write),
-        (BufferId::Yarns, Write),
-    ],
-};
-
-/// Gather, kick and drift of the nodes.
-const NODE_UPDATE: Kernel = Kernel {
-    name: "node_update",
-    stage: Stage::Nodes,
-    sources: sources!("node_update", "gather", "supports", "projectile_shape", "rigid_body", "active_region"),
-    bindings: &[
-        (BufferId::Nodes, Write),
-        (BufferId::Forces, Read),
-        (BufferId::Supports, Write),
-        (BufferId::Status, Write),
-        (BufferId::Body, Read),
-        (BufferId::Candidates, Write),
-    ],
-};
-
-/// Places where the projectile may touch.
-const PROJECTILE_POINTS: Kernel = Kernel {
-    name: "projectile_points",
-    stage: Stage::Projectile,
-    sources: sources!(
-        "projectile_points",
-        "projectile_motion",
-        "contact_candidates",
-        "intact",
-        "projectile_shape",
-        "rigid_body",
-        "active_region"
-    ),
-    bindings: &[
-        (BufferId::Nodes, Read),
-        (BufferId::Flags, Read),
-        (BufferId::Status, Write),
-        (BufferId::Body, Write),
-        (BufferId::Candidates, Write),
-        (BufferId::Points, Write),
-        (BufferId::Over, Read),
-        (BufferId::Touches, Write),
-    ],
-};
-
-/// Contact at those places, and motion of the projectile.
-const PROJECTILE_CONTACT: Kernel = Kernel {
-    name: "projectile_contact",
-    stage: Stage::Projectile,
-    sources: sources!(
-        "projectile_contact",
-        "edge_contact",
-        "projectile_motion",
-        "gather",
-        "rigid_body",
-        "active_region"
-    ),
-    bindings: &[
-        (BufferId::Nodes, Write),
-        (BufferId::Forces, Read),
-        (BufferId::Status, Write),
-        (BufferId::Body, Write),
-        (BufferId::Points, Write),
-        (BufferId::Touches, Write),
-        (BufferId::Members, Write),
-        (BufferId::Matrix, Write),
-    ],
-};
-
-/// Contacts between plies, and their number at each node.
-const PLY_SEARCH: Kernel = Kernel {
-    name: "ply_search",
-    stage: Stage::Plies,
-    sources: sources!("ply_search", "ply_contact", "ply_view", "intact", "active_region"),
-    bindings: &[
-        (BufferId::Nodes, Read),
-        (BufferId::Flags, Read),
-        (BufferId::Over, Write),
-        (BufferId::Contacts, Write),
-        (BufferId::Shares, Write),
-        (BufferId::Status, Write),
-    ],
-};
-
-/// Impulses of the contacts between plies.
-const PLY_IMPULSE: Kernel = Kernel {
-    name: "ply_impulse",
-    stage: Stage::Plies,
-    sources: sources!("ply_impulse", "ply_contact", "ply_view"),
-    bindings: &[
-        (BufferId::Nodes, Read),
-        (BufferId::Over, Read),
-        (BufferId::Contacts, Read),
-        (BufferId::Shares, Read),
-        (BufferId::Impulses, Write),
-        (BufferId::Accounts, Write),
-        (BufferId::Status, Write),
-    ],
-};
-
-/// Impulses of contact between plies, applied to the nodes.
-const PLY_MOVE: Kernel = Kernel {
-    name: "ply_move",
-    stage: Stage::Plies,
-    sources: sources!("ply_move", "ply_view", "gather", "element_geometry", "supports", "active_region"),
-    bindings: &[
-        (BufferId::Nodes, Write),
-        (BufferId::Forces, Read),
-        (BufferId::Shares, Write),
-        (BufferId::Impulses, Write),
-        (BufferId::Accounts, Write),
-        (BufferId::Supports, Write),
-        (BufferId::Status, Write),
-        (BufferId::Yarns, Read),
-    ],
-};
-
-/// Sums of energy, momentum and counts.
-const ENERGY_BALANCE: Kernel = Kernel {
-    name: "energy_balance",
-    stage: Stage::EnergyBalance,
-    sources: sources!("energy_balance", "gather", "projectile_shape", "rigid_body"),
-    bindings: &[
-        (BufferId::Nodes, Read),
-        (BufferId::Forces, Read),
-        (BufferId::Flags, Write),
-        (BufferId::Accounts, Write),
-        (BufferId::Supports, Write),
-        (BufferId::Body, Write),
-        (BufferId::Status, Write),
-        (BufferId::Samples, Write),
-    ],
-};
-
 /// Every kernel, in the order of a step.
-pub const KERNELS: [Kernel; 8] = [
-    ELEMENT_FORCE,
-    NODE_UPDATE,
-    PLY_SEARCH,
-    PLY_IMPULSE,
-    PLY_MOVE,
-    PROJECTILE_POINTS,
-    PROJECTILE_CONTACT,
-    ENERGY_BALANCE,
-];
+pub const KERNELS: [Kernel; 8] = kernels! {
+    // Extensions, unit cells, shear, failure and forces of the elements.
+    Elements "element_force"
+        ["element_geometry", "kinematics", "membrane", "failure", "law_energy", "crossover", "coupled_newton",
+         "yarn_law", "arc_length", "shear", "active_region"]
+        {Nodes Read, Forces Write, Heights Write, Flags Write, Accumulators Write, Status Write, Events Write,
+         Yarns Write};
+    // Gather, kick and drift of the nodes.
+    Nodes "node_update"
+        ["gather", "supports", "projectile_shape", "rigid_body", "active_region"]
+        {Nodes Write, Forces Read, Supports Write, Status Write, Body Read, Candidates Write};
+    // Contacts between plies, and their number at each node.
+    Plies "ply_search"
+        ["ply_contact", "ply_view", "intact", "active_region"]
+        {Nodes Read, Flags Read, Over Write, Contacts Write, Shares Write, Status Write};
+    // Impulses of the contacts between plies.
+    Plies "ply_impulse"
+        ["ply_contact", "ply_view"]
+        {Nodes Read, Over Read, Contacts Read, Shares Read, Impulses Write, Accumulators Write, Status Write};
+    // Impulses of contact between plies, applied to the nodes.
+    Plies "ply_move"
+        ["ply_view", "gather", "element_geometry", "supports", "active_region"]
+        {Nodes Write, Forces Read, Shares Write, Impulses Write, Accumulators Write, Supports Write, Status Write,
+         Yarns Read};
+    // Places where the projectile may touch.
+    Projectile "projectile_points"
+        ["projectile_motion", "contact_candidates", "intact", "projectile_shape", "rigid_body", "active_region"]
+        {Nodes Read, Flags Read, Status Write, Body Write, Candidates Write, Points Write, Over Read, Touches Write};
+    // Contact at those places, and motion of the projectile.
+    Projectile "projectile_contact"
+        ["edge_contact", "projectile_motion", "gather", "rigid_body", "active_region"]
+        {Nodes Write, Forces Read, Status Write, Body Write, Points Write, Touches Write, Members Write,
+         Matrix Write};
+    // Sums of energy, momentum and counts.
+    EnergyBalance "energy_balance"
+        ["gather", "projectile_shape", "rigid_body"]
+        {Nodes Read, Forces Read, Flags Write, Accumulators Write, Supports Write, Body Write, Status Write,
+         Samples Write};
+};
 
 impl Kernel {
     /// The whole source.
@@ -268,29 +143,29 @@ const WITHIN: f64 = 1e-3;
 /// Counts that make a whole share of a node's mass. The processor shares masses out in real numbers.
 const SHARE_UNIT: u32 = 1 << 20;
 
-/// Values of the pipeline-overridable constants, by name. `ledger`: the step fills in the energies of the state.
-pub fn constants(terms: &Features, ledger: bool) -> [(&'static str, f64); 20] {
+/// Values of the pipeline-overridable constants, by name. `sampled`: the step fills in the energies of the state.
+pub fn constants(features: &Features, sampled: bool) -> [(&'static str, f64); 20] {
     let flag = |yes: bool| f64::from(u8::from(yes));
     [
         ("ROUNDOFF_TOLERANCE", NOISE),
         ("WITHIN", WITHIN),
         ("SHARE_UNIT", f64::from(SHARE_UNIT)),
-        ("VARIATIONAL", flag(terms.law == Law::Variational)),
-        ("PIVOT", terms.pivot as f64),
-        ("TERMS", terms.series as f64),
-        ("COMPRESSION", flag(terms.compression)),
-        ("SHEAR", flag(terms.shear)),
-        ("HOURGLASS", flag(terms.hourglass || terms.mean_stretch)),
-        ("VISCOUS", flag(terms.viscous)),
-        ("STRENGTH", flag(terms.strength)),
-        ("LAW_ENERGY", flag(terms.law_energy)),
-        ("PROJECTILE", flag(terms.projectile)),
-        ("FRICTION", flag(terms.friction)),
-        ("EDGES", flag(terms.edges)),
-        ("ROTATION", flag(terms.rotation)),
-        ("SAMPLED", flag(ledger)),
-        ("PLIES", flag(terms.plies)),
-        ("PLY_FRICTION", flag(terms.ply_friction)),
-        ("GRADED", flag(terms.graded)),
+        ("VARIATIONAL", flag(features.law == Law::Variational)),
+        ("PIVOT", features.pivot as f64),
+        ("TERMS", features.series as f64),
+        ("COMPRESSION", flag(features.compression)),
+        ("SHEAR", flag(features.shear)),
+        ("HOURGLASS", flag(features.hourglass || features.mean_stretch)),
+        ("VISCOUS", flag(features.viscous)),
+        ("STRENGTH", flag(features.strength)),
+        ("LAW_ENERGY", flag(features.law_energy)),
+        ("PROJECTILE", flag(features.projectile)),
+        ("FRICTION", flag(features.friction)),
+        ("EDGES", flag(features.edges)),
+        ("ROTATION", flag(features.rotation)),
+        ("SAMPLED", flag(sampled)),
+        ("PLIES", flag(features.plies)),
+        ("PLY_FRICTION", flag(features.ply_friction)),
+        ("GRADED", flag(features.graded)),
     ]
 }

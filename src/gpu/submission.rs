@@ -44,7 +44,7 @@ pub struct Pending {
     /// Staging buffer that they fill.
     staging: usize,
     samples: usize,
-    /// Of the shots that run, in order.
+    /// Event windows of the shots that run, in order.
     windows: Vec<EventWindow>,
     /// Whether the step whose stages were timed was sampled.
     timed_sample: bool,
@@ -223,7 +223,7 @@ impl DeviceStepper<'_> {
 /// Stamps of the device's clock before and after each stage of a step.
 pub(super) struct DeviceClock {
     queries: wgpu::QuerySet,
-    /// Where the stamps lie once they are resolved.
+    /// Buffer of the stamps once they are resolved.
     resolved: wgpu::Buffer,
     /// Period of a tick [s].
     period: f64,
@@ -269,7 +269,7 @@ impl DeviceClock {
 /// Time that the stages of a step take, from one step of every batch.
 #[derive(Clone, Default, Serialize, Deserialize)]
 pub(crate) struct StageTimes {
-    /// By stage: sum [s], and steps in which it was timed.
+    /// Sum of each stage [s], and steps in which it was timed.
     sums: [(f64, u64); Stage::ALL.len()],
     /// Steps sent off, and those of them that were sampled.
     sent: [u64; 2],

@@ -25,7 +25,7 @@ const CLEARED: [BufferId; 6] = [
     BufferId::Contacts,
     BufferId::Shares,
     BufferId::Impulses,
-    BufferId::Accounts,
+    BufferId::Accumulators,
 ];
 
 impl DeviceStepper<'_> {
@@ -45,7 +45,7 @@ impl DeviceStepper<'_> {
         }
     }
 
-    /// Where the fields of a shot begin in a buffer, and how long they are [bytes].
+    /// Offset and size of every field of a shot in a buffer [bytes].
     fn places(&self, name: BufferId, shot: usize) -> impl Iterator<Item = [u64; 2]> + use<> {
         let ([fields, count], shots) = (self.sizes.shape(name), self.sizes.shots);
         (0..fields).map(move |field| [4 * (field * shots + shot as u64) * count, 4 * count])
@@ -72,9 +72,7 @@ impl DeviceStepper<'_> {
         put(BufferId::Nodes, &planes(&state.nodes, 0..node::COUNT, 0, columns + 1));
         put(BufferId::Forces, &planes(&state.elements, element::FORCES, 1, columns));
         put(BufferId::Heights, &planes(&state.elements, element::PREDICTOR..element::ALIVE, 1, columns));
-        if self.sizes.yarn_fields > 0 {
-            put(BufferId::Yarns, &self.yarns(model, &state.elements));
-        }
+        put(BufferId::Yarns, &self.yarns(model, &state.elements));
         let alive = planes(&state.elements, element::ALIVE..element::COUNT, 1, columns);
         let (warp, weft) = alive.split_at(self.sizes.elements as usize);
         let flag = |(warp, weft): (&f32, &f32)| u32::from(*warp > 0.5) + 2 * u32::from(*weft > 0.5);
@@ -84,7 +82,7 @@ impl DeviceStepper<'_> {
         counters.extend(state.active.iter().flat_map(reach_words));
         self.write_shot(BufferId::Status, shot, &counters);
         if !state.over.is_empty() {
-            self.write_shot(BufferId::Over, shot, &by_side(&state.over, model.nodes_per_ply()));
+            self.write_shot(BufferId::Over, shot, &transposed(&state.over, model.plies.len(), model.nodes_per_ply()));
         }
         if let (Some(body), Some(start)) = (&state.body, &model.projectile) {
             let body = layout::body(body, &start.velocity, &layout::device_origin(model));
@@ -113,10 +111,10 @@ impl DeviceStepper<'_> {
         };
         (0..2).for_each(|_| yarns.extend(fields(strains, element::STRAIN)));
         if let Some(strength) = &model.strength {
-            for yarn in 0..2 {
-                let places = (0..self.grid.element_rows())
-                    .flat_map(|row| (0..self.grid.columns).map(move |column| [row, column]));
-                yarns.extend(places.map(|[row, column]| strength.factor(row, yarn, column) as f32));
+            for (yarn, row) in
+                [0, 1].into_iter().flat_map(|yarn| (0..self.grid.element_rows()).map(move |row| (yarn, row)))
+            {
+                yarns.extend((0..self.grid.columns).map(|column| strength.factor(row, yarn, column) as f32));
             }
         }
         yarns
@@ -153,7 +151,7 @@ impl DeviceStepper<'_> {
                     let reach = words[status::REACH..].chunks_exact(REACH_WORDS as usize);
                     state.active = reach.map(reach_from).collect();
                 }
-                BufferId::Over => state.over = by_ply(&words, model.nodes_per_ply()),
+                BufferId::Over => state.over = transposed(&words, SIDES, model.nodes_per_ply()),
                 _ => {
                     let start = model.projectile.as_ref();
                     state.body =
@@ -230,30 +228,25 @@ impl DeviceStepper<'_> {
     }
 }
 
-/// Fields of rows as planes, shape (fields, rows·columns); column c is stored at c + `first`.
-fn planes(rows: &Rows<f32>, fields: Range<usize>, first: usize, columns: usize) -> Vec<f32> {
-    let count = rows.data.len() / rows.row_length();
-    let mut out = Vec::with_capacity(fields.len() * count * columns);
-    for field in fields {
-        for row in 0..count {
-            let at = field * rows.stride + first;
-            out.extend_from_slice(&rows.row(row)[at..at + columns]);
-        }
-    }
-    out
+/// Places of a plane, shape (fields, rows·columns), in the numbers of rows; column c is stored at c + `first`.
+fn plane_parts(
+    rows: &Rows<f32>,
+    fields: Range<usize>,
+    first: usize,
+    columns: usize,
+) -> impl Iterator<Item = Range<usize>> + use<> {
+    let (length, stride, count) = (rows.row_length(), rows.stride, rows.data.len() / rows.row_length());
+    let at = move |field: usize, row: usize| row * length + field * stride + first;
+    fields.flat_map(move |field| (0..count).map(move |row| at(field, row)..at(field, row) + columns))
 }
 
-/// The inverse of [`planes`].
+fn planes(rows: &Rows<f32>, fields: Range<usize>, first: usize, columns: usize) -> Vec<f32> {
+    plane_parts(rows, fields, first, columns).flat_map(|part| rows.data[part].iter().copied()).collect()
+}
+
 fn set_planes(rows: &mut Rows<f32>, fields: Range<usize>, first: usize, columns: usize, planes: &[f32]) {
-    let count = rows.data.len() / rows.row_length();
-    let mut parts = planes.chunks_exact(columns);
-    for field in fields {
-        for row in 0..count {
-            let at = field * rows.stride + first;
-            if let Some(part) = parts.next() {
-                rows.row_mut(row)[at..at + columns].copy_from_slice(part);
-            }
-        }
+    for (part, numbers) in plane_parts(rows, fields, first, columns).zip(planes.chunks_exact(columns)) {
+        rows.data[part].copy_from_slice(numbers);
     }
 }
 
@@ -270,14 +263,9 @@ fn reach_from(words: &[u32]) -> ActiveRegion {
     if rows.is_empty() { ActiveRegion::nothing() } else { ActiveRegion { rows, columns } }
 }
 
-/// From shape (plies, sides, nodes) to (sides, plies, nodes).
-fn by_side(over: &[u32], nodes: usize) -> Vec<u32> {
-    (0..SIDES).flat_map(|side| over.chunks(nodes).skip(side).step_by(SIDES).flatten().copied()).collect()
-}
-
-/// From shape (sides, plies, nodes) to (plies, sides, nodes).
-fn by_ply(over: &[u32], nodes: usize) -> Vec<u32> {
-    let plies = over.len() / (SIDES * nodes);
-    let part = |at: usize| &over[at * nodes..(at + 1) * nodes];
-    (0..plies).flat_map(|ply| (0..SIDES).flat_map(move |side| part(side * plies + ply))).copied().collect()
+/// From shape (`outer`, inner, nodes) to (inner, `outer`, nodes).
+fn transposed(over: &[u32], outer: usize, nodes: usize) -> Vec<u32> {
+    let inner = over.len() / (outer * nodes);
+    let parts = (0..inner).flat_map(|i| (0..outer).map(move |o| (o * inner + i) * nodes));
+    parts.flat_map(|at| over[at..at + nodes].iter().copied()).collect()
 }

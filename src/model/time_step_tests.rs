@@ -115,7 +115,8 @@ fn case(more: &[&str]) -> Case {
 }
 
 fn solved(case: &Case, asked: [Option<f64>; 2]) -> Result<InitialStretch, ModelError> {
-    let pack = Pack { pretension: Some(asked), ..case.pack.clone() };
+    let mut pack = case.pack.clone();
+    pack.pretension = Some(asked);
     stretch_of_pretension::<Published>(&pack, &UnitCellParameters::new(&case.fabric))
 }
 

@@ -13,12 +13,6 @@ fn lines_are_dense_around_the_impact_and_end_at_the_edges() {
     assert_eq!((half[0], half[half.len() - 1]), (0, 80));
 }
 
-fn case() -> Case {
-    let text = r#"{"title": "t", "fabric": {"file": "fabrics/s-720.json"}, "pack": {"width_mm": 20, "height_mm": 20},
-        "solver": {"end_time_us": 1}}"#;
-    crate::case::from_str("shot", text, &[]).unwrap_or_else(|error| unreachable!("{error}"))
-}
-
 fn keyframe(step: u64) -> Keyframe {
     Keyframe {
         step,
@@ -32,7 +26,7 @@ fn keyframe(step: u64) -> Keyframe {
 
 #[test]
 fn an_animation_opens_at_the_largest_deflection_that_the_projectile_is_near() {
-    let mut animation = Animation::new(&case());
+    let mut animation = Animation::new(&crate::case::shipped(&["/expect=[]"]));
     let of = |(step, [deflection, height]): (u64, [f64; 2])| {
         let pose = Some([0.0, 0.0, height, 1.0, 0.0, 0.0, 0.0]);
         Keyframe { deflections: vec![0.0, deflection], pose, ..keyframe(step) }
@@ -47,7 +41,7 @@ fn an_animation_opens_at_the_largest_deflection_that_the_projectile_is_near() {
 
 #[test]
 fn damaged_animations_are_refused() {
-    let case = case();
+    let case = crate::case::shipped(&["/expect=[]"]);
     let mut animation = Animation::new(&case);
     animation.plies = vec![AnimatedPly::for_tests(vec![[0.0; 3]; 4])];
     animation.keyframes = vec![keyframe(0), keyframe(1)];

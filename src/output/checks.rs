@@ -2,8 +2,7 @@
 
 use super::breakage::Breakage;
 use super::number::{fraction, grouped, short};
-use super::summary::residual_velocity;
-use super::verdict::verdict;
+use super::summary::{residual_velocity, verdict};
 use super::warnings::{self, Warning, warning};
 use crate::case::{Case, ContactSampling, Motion, Numerics, Shape};
 use crate::physics::projectile_body::Body;

@@ -7,7 +7,7 @@
 
 use serde_json::{Value, json};
 
-use super::history;
+use super::csv;
 use super::number::short;
 use crate::case::{Bound, Case, Expect};
 use crate::run::profile::{self, DeflectionProfile};
@@ -128,11 +128,11 @@ fn find(expect: &Expect, run: &Run, summary: &Value) -> Result<FoundValue, Strin
 
 /// A history column at a time [s].
 fn at(name: &str, time: f64, run: &Run) -> Result<FoundValue, String> {
-    let column = history::find(name).ok_or_else(|| format!("history.csv has no column {name}"))?;
+    let column = csv::find(name).ok_or_else(|| format!("history.csv has no column {name}"))?;
     let end = run.history.last().map_or(0.0, |row| row.time);
     // The last row may stand a rounding before the end asked for.
     let read = if time > end && time <= end + 1e-3 * run.time_step { end } else { time };
-    let value = history::at(&run.history, column, read)
+    let value = csv::at(&run.history, column, read)
         .ok_or_else(|| format!("the run ended at {:.3} µs; \"run_until\": \"end_time\" makes it go on", end * 1e6))?;
     Ok((json!(value), None))
 }
@@ -146,7 +146,7 @@ fn at_end(name: &str, run: &Run, summary: &Value) -> Result<FoundValue, String> 
         Some(_) => return Err(format!("{name} is neither a number nor a word")),
         None => {}
     }
-    let column = history::find(name)
+    let column = csv::find(name)
         .ok_or_else(|| format!("{name} is no key of summary.json, column of history.csv or measured quantity"))?;
     let last = run.history.last().map(|row| (json!((column.read)(row)), None));
     last.ok_or_else(|| "the history is empty".to_owned())

@@ -8,7 +8,7 @@ use serde_json::Value;
 use tempfile::{NamedTempFile, TempDir};
 
 use super::disk::{self, Lock, temporary};
-use super::{csv, figures, history};
+use super::{csv, figures};
 use crate::case::Case;
 use crate::run::Run;
 
@@ -198,7 +198,7 @@ impl Folder {
     ) -> Result<Vec<&'static str>, OutputError> {
         let mut texts = vec![
             (CASE, pretty(&case.as_run)),
-            ("history.csv", history::text(&run.history)),
+            ("history.csv", csv::history(&run.history)),
             ("events.csv", csv::events(case, &run.events, run.time_step)),
         ];
         if run.plies > 1 {

@@ -105,19 +105,36 @@ fn map(ply: &AnimatedPly, keyframe: &Keyframe, peak: f32, id: &str, words: &str)
     }
 }
 
-/// A PNG of the whole ply, weft upwards, clear where both yarns are gone.
+/// A PNG of the whole ply, weft upwards, with a colour between those of the cells around a place, and none where both yarns are gone.
 fn image(ply: &AnimatedPly, spans: &[Span; 2], keyframe: &Keyframe, peak: f32) -> Vec<u8> {
     let longest = spans[0].whole.max(spans[1].whole);
     let size = [0, 1].map(|axis| ((PIXELS * spans[axis].whole / longest).round() as usize).max(1));
     let [columns, rows] = [0, 1].map(|axis| {
         let place = |pixel: usize| (pixel as f64 + 0.5) / size[axis] as f64 * spans[axis].whole;
-        (0..size[axis]).map(|pixel| spans[axis].cell(place(pixel))).collect::<Vec<_>>()
+        (0..size[axis]).map(|pixel| spans[axis].around(place(pixel))).collect::<Vec<_>>()
     });
+    let tension = |column: usize, row: usize| {
+        keyframe.tension[row * ply.counts()[0] + column].into_iter().flatten().reduce(f32::max).map(f64::from)
+    };
     let mut pixels = Vec::with_capacity(4 * size[0] * size[1]);
-    for (row, column) in rows.iter().rev().flat_map(|row| columns.iter().map(move |column| (row, column))) {
-        let tension = keyframe.tension[row * ply.counts()[0] + column].into_iter().flatten().reduce(f32::max);
-        let [r, g, b] = colour(f64::from(tension.unwrap_or(0.0) / peak.max(1e-9)));
-        pixels.extend([r, g, b, if tension.is_some() { 255 } else { 0 }]);
+    for row in rows.iter().rev() {
+        for column in &columns {
+            if tension(column.cell, row.cell).is_none() {
+                pixels.extend([0; 4]);
+                continue;
+            }
+            let (mut sum, mut weights) = (0.0, 0.0);
+            for (column, across) in [(column.cell, 1.0 - column.share), (column.next, column.share)] {
+                for (row, up) in [(row.cell, 1.0 - row.share), (row.next, row.share)] {
+                    if let Some(tension) = tension(column, row) {
+                        sum += across * up * tension;
+                        weights += across * up;
+                    }
+                }
+            }
+            pixels.extend(colour(sum / weights / f64::from(peak.max(1e-9))));
+            pixels.push(255);
+        }
     }
     let mut out = Vec::new();
     let mut encoder = png::Encoder::new(&mut out, size[0] as u32, size[1] as u32);
@@ -138,6 +155,15 @@ struct Span {
     whole: f64,
 }
 
+/// The cell at a place, and the neighbour on the side where the place is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Around {
+    cell: usize,
+    next: usize,
+    /// Weight of the neighbour: 0 in the middle of the cell, a half at its edge between cells of one size.
+    share: f64,
+}
+
 impl Span {
     fn new(ply: &AnimatedPly, axis: usize) -> Self {
         let kept = &ply.lines[axis];
@@ -151,12 +177,18 @@ impl Span {
         Self { lines, start: if from == 0 { 0.0 } else { whole - length }, whole }
     }
 
-    /// The cell at a place, counted from the edge of the ply [m].
-    fn cell(&self, place: f64) -> usize {
+    /// The cells at a place, counted from the edge of the ply [m].
+    fn around(&self, place: f64) -> Around {
         let length = self.lines[self.lines.len() - 1];
         let kept = Some(place - self.start).filter(|at| (0.0..=length).contains(at));
-        let at = kept.unwrap_or(self.whole - place - self.start);
-        self.lines.partition_point(|line| *line <= at).clamp(1, self.lines.len().max(2) - 1) - 1
+        let at = kept.unwrap_or(self.whole - place - self.start).clamp(0.0, length);
+        let last = self.lines.len().saturating_sub(2);
+        let cell = self.lines.partition_point(|line| *line <= at).saturating_sub(1).min(last);
+        let middle = |cell: usize| 0.5 * (self.lines[cell] + self.lines[(cell + 1).min(self.lines.len() - 1)]);
+        let next = if at < middle(cell) { cell.saturating_sub(1) } else { (cell + 1).min(last) };
+        let gap = (middle(next) - middle(cell)).abs();
+        let share = if gap > 0.0 { ((at - middle(cell)).abs() / gap).min(1.0) } else { 0.0 };
+        Around { cell, next, share }
     }
 }
 

@@ -8,14 +8,13 @@ mod animation;
 mod breakage;
 mod checkpoint;
 pub mod checks;
-pub(crate) mod csv;
+pub mod csv;
 mod disk;
 pub mod expect;
 mod figures;
 mod folder;
 #[cfg(feature = "frames")]
 pub mod frames;
-pub mod history;
 #[cfg(feature = "report")]
 mod maps;
 #[doc(hidden)]
@@ -29,7 +28,6 @@ pub(crate) mod plot;
 pub mod report;
 mod summary;
 mod surface;
-mod verdict;
 #[cfg(feature = "frames")]
 mod vtu;
 pub mod warnings;
@@ -42,7 +40,6 @@ pub use disk::temporary;
 pub use expect::{Checked, check};
 pub use folder::{CHECKPOINT, Folder, OutputError, StagedFrames};
 pub(crate) use summary::velocity_left;
-pub use summary::{Energies, absorbed_energy, flies_freely, residual_velocity, summary};
-pub use verdict::{Verdict, verdict};
+pub use summary::{Energies, Verdict, absorbed_energy, flies_freely, residual_velocity, summary, verdict};
 #[doc(hidden)]
-pub use verdict::{place, reached, symmetry};
+pub use summary::{place, reached, symmetry};

@@ -18,9 +18,9 @@
 
   // Positions [mm] and places among the yarns of all nodes at each time, tensions of all cells at each time.
   function unpack(bytes) {
-    const strips = animation.strips.map((s) => ({ across: s.columns.length, up: s.rows.length, ...s }));
+    const plies = animation.plies.map((s) => ({ across: s.columns.length, up: s.rows.length, ...s }));
     let nodes = 0, cells = 0;
-    for (const s of strips) {
+    for (const s of plies) {
       Object.assign(s, { node: nodes, cell: cells, cells: (s.across - 1) * (s.up - 1) });
       nodes += s.across * s.up;
       cells += s.cells;
@@ -37,7 +37,7 @@
     const size = WIDE * Math.ceil(nodes / WIDE);
     // Where a node lies among the yarns, across the weft and across the warp.
     const yarns = [new Float32Array(nodes), new Float32Array(nodes)];
-    for (const s of strips)
+    for (const s of plies)
       for (let row = 0; row < s.up; row++)
         for (let column = 0; column < s.across; column++) {
           yarns[0][s.node + row * s.across + column] = s.columns[column];
@@ -66,7 +66,7 @@
         for (let n = 0; n < cells; n++) out[2 * n + yarn] = last[2 * n + yarn] += bytes[at++];
       return out;
     });
-    return { strips, nodes, cells, flat, places, loads };
+    return { plies, nodes, cells, flat, places, loads };
   }
 
   // Where the fabric goes [mm]: largest deflection, how far from the impact it moves, and where the projectile is at the opening.
@@ -90,22 +90,22 @@
 
   const HEAD = "#version 300 es\nprecision highp float; precision highp int; precision highp sampler2D;\n";
   const FABRIC = [`${HEAD}
-    uniform sampler2D now, next, load, flat_; uniform float blend; uniform ivec4 strip; uniform vec2 mirror; uniform mat4 camera;
+    uniform sampler2D now, next, load, flat_; uniform float blend; uniform ivec4 ply; uniform vec2 mirror; uniform mat4 camera;
     out vec3 place; out vec2 yarn; flat out vec2 tension; out vec2 held;
     ivec2 at(int n) { return ivec2(n & 255, n >> 8); }
-    int texel(ivec2 n) { return strip.x + n.y * strip.z + n.x; }
+    int texel(ivec2 n) { return ply.x + n.y * ply.z + n.x; }
     vec3 node(ivec2 n) {
       return mix(texelFetch(now, at(texel(n)), 0).xyz, texelFetch(next, at(texel(n)), 0).xyz, blend);
     }
     vec3 rest(ivec2 n) { return texelFetch(flat_, at(texel(n)), 0).xyz; }
     vec2 yarns(ivec2 n) { return vec2(texelFetch(now, at(texel(n)), 0).w, texelFetch(flat_, at(texel(n)), 0).w); }
-    vec2 carried(ivec2 cell) { return 255.0 * texelFetch(load, at(strip.y + cell.y * (strip.z - 1) + cell.x), 0).rg; }
+    vec2 carried(ivec2 cell) { return 255.0 * texelFetch(load, at(ply.y + cell.y * (ply.z - 1) + cell.x), 0).rg; }
     // Mean tension of the whole yarns in the cells around a node.
     vec2 around(ivec2 n) {
       vec2 sum = vec2(0.0), count = vec2(0.0);
       for (int i = 0; i < 4; i++) {
         ivec2 cell = n - ivec2(i & 1, i >> 1);
-        if (min(cell.x, cell.y) < 0 || cell.x > strip.z - 2 || cell.y > strip.w - 2) continue;
+        if (min(cell.x, cell.y) < 0 || cell.x > ply.z - 2 || cell.y > ply.w - 2) continue;
         vec2 there = carried(cell), whole = vec2(lessThan(there, vec2(254.5)));
         sum += whole * there;
         count += whole;
@@ -117,7 +117,7 @@
     void main() {
       const ivec2 corners[6] = ivec2[6](ivec2(0, 0), ivec2(1, 0), ivec2(1, 1), ivec2(0, 0), ivec2(1, 1), ivec2(0, 1));
       int number = gl_VertexID / 12, side = (gl_VertexID / 6) % 2;
-      ivec2 cell = ivec2(number % (strip.z - 1), number / (strip.z - 1)), corner = corners[gl_VertexID % 6];
+      ivec2 cell = ivec2(number % (ply.z - 1), number / (ply.z - 1)), corner = corners[gl_VertexID % 6];
       tension = carried(cell);
       bvec2 gone = greaterThan(tension, vec2(254.5));
       bool rows = gone.y && !gone.x;
@@ -224,17 +224,17 @@
       gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, Uint16Array.from(animation.body.triangles), gl.STATIC_DRAW);
     }
 
-    function upload(still) {
-      if (uploaded === still) return;
-      uploaded = still;
-      const next = Math.min(still + 1, count - 1);
-      for (const [unit, from] of [[0, still], [1, next]]) {
+    function upload(keyframe) {
+      if (uploaded === keyframe) return;
+      uploaded = keyframe;
+      const next = Math.min(keyframe + 1, count - 1);
+      for (const [unit, from] of [[0, keyframe], [1, next]]) {
         gl.activeTexture(gl.TEXTURE0 + unit);
         const numbers = data.places[from];
         gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, WIDE, numbers.length / 4 / WIDE, 0, gl.RGBA, gl.FLOAT, numbers);
       }
       gl.activeTexture(gl.TEXTURE2);
-      const loads = data.loads[still];
+      const loads = data.loads[keyframe];
       gl.texImage2D(gl.TEXTURE_2D, 0, gl.RG8, WIDE, loads.length / 2 / WIDE, 0, gl.RG, gl.UNSIGNED_BYTE, loads);
     }
 
@@ -254,8 +254,8 @@
     }
 
     // Straight between two poses; rotations are small from one to the next.
-    function pose(still, blend) {
-      const [from, to] = [animation.poses[still], animation.poses[Math.min(still + 1, count - 1)]];
+    function pose(keyframe, blend) {
+      const [from, to] = [animation.poses[keyframe], animation.poses[Math.min(keyframe + 1, count - 1)]];
       const mixed = from.map((x, i) => x + blend * (to[i] - x));
       const norm = Math.hypot(...mixed.slice(3));
       const r = turn(mixed.slice(3).map((x) => x / norm));
@@ -267,8 +267,8 @@
       const pixels = Math.min(window.devicePixelRatio || 1, 2);
       const [width, height] = paper || [canvas.clientWidth, canvas.clientHeight].map((x) => Math.max(1, Math.round(x * pixels)));
       if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
-      const still = Math.min(Math.floor(place), count - 1), blend = place - still;
-      upload(still);
+      const keyframe = Math.min(Math.floor(place), count - 1), blend = place - keyframe;
+      upload(keyframe);
       const ink = paper ? [1, 1, 1] : getComputedStyle(canvas).backgroundColor.match(/[\d.]+/g).map((x) => x / 255);
       gl.viewport(0, 0, width, height);
       gl.clearColor(ink[0], ink[1], ink[2], 1);
@@ -287,15 +287,15 @@
       gl.bindVertexArray(plain);
       for (const x of animation.mirror[0] ? [1, -1] : [1])
         for (const y of animation.mirror[1] ? [1, -1] : [1])
-          for (const s of data.strips) {
+          for (const s of data.plies) {
             gl.uniform2f(fabric.at("mirror"), x, y);
-            gl.uniform4i(fabric.at("strip"), s.node, s.cell, s.across, s.up);
+            gl.uniform4i(fabric.at("ply"), s.node, s.cell, s.across, s.up);
             gl.drawArrays(gl.TRIANGLES, 0, 12 * s.cells);
           }
       if (triangles) {
         gl.useProgram(body.made);
         gl.uniformMatrix4fv(body.at("camera"), false, matrix);
-        gl.uniformMatrix4fv(body.at("pose"), false, pose(still, blend));
+        gl.uniformMatrix4fv(body.at("pose"), false, pose(keyframe, blend));
         gl.uniform3fv(body.at("light"), light);
         gl.bindVertexArray(solid);
         gl.drawElements(gl.TRIANGLES, triangles, gl.UNSIGNED_SHORT, 0);
@@ -315,18 +315,18 @@
       svg.addEventListener("click", (event) => {
         const box = svg.getBoundingClientRect();
         const x = ((event.clientX - box.left) / box.width) * svg.viewBox.baseVal.width;
-        goto(stillAt(from + ((x - left) / (right - left)) * (to - from)));
+        goto(keyframeAt(from + ((x - left) / (right - left)) * (to - from)));
       });
       return { line, at: (time) => left + ((time - from) / (to - from)) * (right - left) };
     });
-    function stillAt(time) {
+    function keyframeAt(time) {
       const after = animation.times.findIndex((t) => t >= time);
       if (after < 1) return after === 0 ? 0 : count - 1;
       return after - 1 + (time - animation.times[after - 1]) / (animation.times[after] - animation.times[after - 1]);
     }
     function timeAt(where) {
-      const still = Math.min(Math.floor(where), count - 1);
-      return animation.times[still] + (where - still) * (animation.times[Math.min(still + 1, count - 1)] - animation.times[still]);
+      const keyframe = Math.min(Math.floor(where), count - 1);
+      return animation.times[keyframe] + (where - keyframe) * (animation.times[Math.min(keyframe + 1, count - 1)] - animation.times[keyframe]);
     }
     function show() {
       const time = timeAt(place);
@@ -345,7 +345,7 @@
         // The whole animation in eight seconds. A frame's time may lie before that of the key that started it.
         const passed = Math.min(Math.max(time - before, 0), 100);
         // Pictures need not lie evenly to the step.
-        place = stillAt(timeAt(place) + (passed / 8000) * (animation.times[count - 1] - animation.times[0]));
+        place = keyframeAt(timeAt(place) + (passed / 8000) * (animation.times[count - 1] - animation.times[0]));
         before = time;
         if (place >= count - 1) play(false);
         else request();

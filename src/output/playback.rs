@@ -134,7 +134,7 @@ fn describe(case: &Case, animation: &Animation, steps: &Rounding) -> Value {
         "times": animation.keyframes.iter().map(|keyframe| keyframe.time * 1e6).collect::<Vec<_>>(),
         "opening": animation.opening(),
         "deepest": 1e3 * animation.deflection(),
-        "strips": animation.plies.iter().map(grid).collect::<Vec<_>>(),
+        "plies": animation.plies.iter().map(grid).collect::<Vec<_>>(),
         "mirror": animation.planes.0,
         "step": { "reference": steps.reference, "displacement": steps.displacement, "tension": steps.tension },
         "poses": animation.keyframes.iter().map(|keyframe| keyframe.pose).collect::<Option<Vec<_>>>(),
@@ -181,7 +181,7 @@ pub(super) fn player(case: &Case, animation: &Animation) -> Markup {
                 }
             }
             figure class="printed" id="paper" hidden {}
-            p class="still" id="instead" {
+            p id="instead" {
                 "The playback needs a screen, JavaScript and WebGL 2; the tension maps below show three moments of it."
             }
             script type="application/json" id="animation" { (PreEscaped(description)) }

@@ -4,16 +4,9 @@ use flate2::read::ZlibDecoder;
 
 use super::super::animation::Keyframe;
 use super::*;
-use crate::case;
 
 fn case() -> Case {
-    let case = case::from_str(
-        "shot",
-        r#"{"title": "t", "fabric": {"file": "fabrics/s-720.json"}, "pack": {"width_mm": 20, "height_mm": 20},
-            "solver": {"end_time_us": 1}}"#,
-        &[],
-    );
-    case.unwrap_or_else(|error| unreachable!("{error}"))
+    crate::case::shipped(&["/expect=[]"])
 }
 
 /// An animation of one ply whose numbers follow a rule.
@@ -44,35 +37,24 @@ fn numbers_come_back_to_half_a_step() {
         .unwrap_or_default();
     let mut bytes = Vec::new();
     assert!(ZlibDecoder::new(packed.as_slice()).read_to_end(&mut bytes).is_ok());
-    let steps = Rounding::of(&animation);
-    let nodes = 50;
+    let (steps, nodes, first) = (Rounding::of(&animation), 50, 2 * 50 * (3 + 3 * animation.keyframes.len()));
     let word = |block: usize, n: usize| {
         i16::from_le_bytes([bytes[2 * nodes * block + n], bytes[2 * nodes * block + nodes + n]])
     };
-    let mut moved = vec![[0_i16; 3]; nodes];
+    let (mut moved, mut load) = (vec![[0_i16; 3]; nodes], vec![[0_u8; 2]; nodes]);
+    let half = |got: f64, step: f64, expected: f32| (got * step - f64::from(expected)).abs() <= 0.51 * step;
     for (at, keyframe) in animation.keyframes.iter().enumerate() {
         for n in 0..nodes {
             for axis in 0..3 {
                 moved[n][axis] = moved[n][axis].wrapping_add(word(3 + 3 * at + axis, n));
-                let got = f64::from(moved[n][axis]) * steps.displacement;
-                let error = (got - f64::from(keyframe.displacement[n][axis])).abs();
-                assert!(error <= 0.51 * steps.displacement, "{at} {n} {axis}");
+                let got = f64::from(moved[n][axis]);
+                assert!(half(got, steps.displacement, keyframe.displacement[n][axis]), "{at} {n} {axis}");
             }
-        }
-    }
-    let first = 2 * nodes * (3 + 3 * animation.keyframes.len());
-    let mut load = vec![[0_u8; 2]; nodes];
-    for (at, keyframe) in animation.keyframes.iter().enumerate() {
-        for n in 0..nodes {
             for yarn in 0..2 {
                 load[n][yarn] = load[n][yarn].wrapping_add(bytes[first + nodes * (2 * at + yarn) + n]);
-                match keyframe.tension[n][yarn] {
-                    None => assert_eq!(load[n][yarn], BROKEN),
-                    Some(tension) => {
-                        let error = (f64::from(load[n][yarn]) * steps.tension - f64::from(tension)).abs();
-                        assert!(load[n][yarn] < BROKEN && error <= 0.51 * steps.tension, "{at} {n} {yarn}");
-                    }
-                }
+                let whole = |tension| load[n][yarn] < BROKEN && half(load[n][yarn].into(), steps.tension, tension);
+                let right = keyframe.tension[n][yarn].map_or(load[n][yarn] == BROKEN, whole);
+                assert!(right, "{at} {n} {yarn}: {}", load[n][yarn]);
             }
         }
     }
@@ -80,16 +62,9 @@ fn numbers_come_back_to_half_a_step() {
 }
 
 #[test]
-fn an_animation_that_is_too_large_loses_keyframes() {
-    let animation = animation(60, 16_000);
-    let packed =
-        pack(&case(), &animation).map_or(0, |(description, _)| description["times"].as_array().map_or(0, Vec::len));
-    assert!((2..60).contains(&packed), "{packed}");
-    let size = pack(&case(), &animation).map_or(0, |(_, numbers)| numbers.len());
-    assert!(0 < size && size <= BUDGET, "{size}");
-}
-
-#[test]
-fn a_single_keyframe_is_no_animation() {
+fn an_animation_that_is_too_large_loses_keyframes_and_one_of_a_single_one_is_none() {
+    let (description, numbers) = pack(&case(), &animation(60, 16_000)).unwrap_or_default();
+    let kept = description["times"].as_array().map_or(0, Vec::len);
+    assert!((2..60).contains(&kept) && numbers.len() <= BUDGET, "{kept} {}", numbers.len());
     assert!(pack(&case(), &animation(1, 10)).is_none());
 }

@@ -173,15 +173,16 @@ pub(crate) fn file(title: &str, words: &str, plots: &[Plot]) -> String {
     for (n, plot) in plots.iter().enumerate() {
         let across = SIZE[0] * n as f64;
         out += &format!("<g transform=\"translate({across} 64)\">\n{}", plot.drawing());
-        for (line, (class, name)) in plot.legend.iter().enumerate() {
-            let at = 26.0 + 15.0 * line as f64;
-            let class = class.split_once(' ').map_or("", |(_, class)| class);
-            out += &format!("<line class=\"curve {class}\" x1=\"330\" x2=\"350\" y1=\"{at}\" y2=\"{at}\"/>\n");
-            out += &text(356.0, at + 4.0, "", name);
+        for (n, (class, name)) in plot.legend.iter().enumerate() {
+            let (x, y) = (64.0 + 125.0 * (n % 3) as f64, SIZE[1] + 6.0 + 16.0 * (n / 3) as f64);
+            let (class, end) = (class.split_once(' ').map_or("", |(_, class)| class), x + 20.0);
+            out += &format!("<line class=\"curve {class}\" x1=\"{x}\" x2=\"{end}\" y1=\"{y}\" y2=\"{y}\"/>\n");
+            out += &text(x + 26.0, y + 4.0, "", name);
         }
         out += "</g>\n";
     }
-    svg([SIZE[0] * plots.len().max(1) as f64, SIZE[1] + 72.0], STYLE, &out)
+    let rows = plots.iter().map(|plot| plot.legend.len().div_ceil(3)).max().unwrap_or(0);
+    svg([SIZE[0] * plots.len().max(1) as f64, SIZE[1] + 72.0 + 16.0 * rows as f64], STYLE, &out)
 }
 
 /// A drawing on white.

@@ -12,8 +12,7 @@ use super::figures;
 use super::number::{fixed, grouped, short};
 use super::page::{figure, page, table};
 use super::plot::Figure;
-use super::summary::{Energies, absorbed_energy, residual_velocity};
-use super::verdict::{symmetry, verdict};
+use super::summary::{Energies, absorbed_energy, residual_velocity, symmetry, verdict};
 use super::warnings::assumed_fields;
 use super::{maps, playback};
 use crate::case::{self, Case};
@@ -154,10 +153,10 @@ fn trust(checks: &[Check], summary: &Value) -> Markup {
     html! {
         section id="trust" {
             h2 { "Is this run to be trusted?" }
-            (table("signs", &["check", "found", "level", "why"], checks.iter().map(row)))
+            (table("checks", &["check", "found", "level", "why"], checks.iter().map(row)))
             @if !expect.is_empty() {
                 h3 { "What the case expects" }
-                (table("signs", &[], expect.iter().map(expected_row)))
+                (table("checks", &[], expect.iter().map(expected_row)))
             }
         }
     }
@@ -171,7 +170,7 @@ fn energy(run: &Run) -> Markup {
     html! {
         section id="spent" {
             h2 { "Where the energy went" }
-            (table("signs", &["given to the fabric", &energies.text(energies.given), ""], energies.shares.iter().map(row)))
+            (table("checks", &["given to the fabric", &energies.text(energies.given), ""], energies.shares.iter().map(row)))
         }
     }
 }
@@ -230,7 +229,7 @@ fn machine(run: &Run, summary: &Value) -> Markup {
     html! {
         section id="machine" {
             h2 { "Machine and timing" }
-            (table("signs", &[], rows.map(|(name, value)| vec![cell(name), cell(value)])))
+            (table("checks", &[], rows.map(|(name, value)| vec![cell(name), cell(value)])))
         }
     }
 }

@@ -1,13 +1,14 @@
-//! `summary.json`: the result of a run in one object.
+//! Result of a run: `summary.json`, the energies at the end, and the verdict in a line.
 
 use serde_json::{Map, Value, json};
 
 use super::breakage::Breakage;
 use super::checks::{self, Check, checks};
 use super::expect::{self, Checked};
-use super::number::fixed;
+use super::number::{fixed, short, us};
 use super::warnings::{self, Warning};
 use crate::case::{Case, Motion, case_hash};
+use crate::physics::mirror_planes::MirrorPlanes;
 use crate::run::outcome::Outcome;
 use crate::run::{PlySample, Run, Sample};
 use crate::solver::Divergence;
@@ -115,12 +116,12 @@ fn result(case: &Case, run: &Run) -> Map<String, Value> {
     }))
 }
 
-fn unstable(trouble: &Divergence) -> Value {
-    let [ply, row, column] = trouble.place;
+fn unstable(divergence: &Divergence) -> Value {
+    let [ply, row, column] = divergence.place;
     json!({
-        "step": trouble.step,
-        "kernel": trouble.kernel,
-        "quantity": trouble.quantity,
+        "step": divergence.step,
+        "kernel": divergence.kernel,
+        "quantity": divergence.quantity,
         "ply": ply,
         "row": row,
         "column": column,
@@ -186,7 +187,7 @@ fn origin(case: &Case, run: &Run, checks: &[Check]) -> Map<String, Value> {
         "adapter": run.adapter,
         "threads": run.threads,
         "precision": run.precision,
-        "terms": run.terms.list().into_iter().map(|(name, value)| (name.to_owned(), value.into())).collect::<Map<_, _>>(),
+        "terms": run.features.list().into_iter().map(|(name, value)| (name.to_owned(), value.into())).collect::<Map<_, _>>(),
         "version": env!("CARGO_PKG_VERSION"),
         "case": case.name,
         "case_hash": case_hash(&case.as_run),
@@ -262,4 +263,102 @@ impl Energies {
             String::new()
         }
     }
+}
+
+/// The verdict of a run.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Verdict {
+    /// Verdict in a word or two.
+    pub word: &'static str,
+    /// Velocities, deflection, time.
+    pub detail: String,
+    /// Whether the run came to its end; else the verdict is as far as it got.
+    pub complete: bool,
+}
+
+impl Verdict {
+    /// Mark between word and detail.
+    pub fn mark(&self) -> &'static str {
+        if self.detail.starts_with("at ") { "" } else { ":" }
+    }
+}
+
+/// Verdict of a run: first that it broke off, if it did.
+pub fn verdict(case: &Case, run: &Run) -> Verdict {
+    let (word, detail) = words(case, run);
+    let complete = run.divergence.is_none() && run.lost.is_none() && !run.interrupted;
+    Verdict { word, detail, complete }
+}
+
+fn words(case: &Case, run: &Run) -> (&'static str, String) {
+    let deflected = format!("deflected {} mm at most", short(run.deflection() * 1e3, 4));
+    let reached = reached(run);
+    if let Some(divergence) = &run.divergence {
+        return ("unstable", format!("at {}: {}", place(divergence), divergence.quantity));
+    }
+    if let Some(reason) = &run.lost {
+        return ("device lost", format!("at {reached}, {deflected}: {reason}"));
+    }
+    if run.interrupted {
+        return ("interrupted", format!("at {reached}, {deflected}"));
+    }
+    let Some(projectile) = case.projectile.as_ref().filter(|_| flies_freely(case)) else {
+        return ("done", format!("{reached} computed, {deflected}"));
+    };
+    let left = residual_velocity(case, run).unwrap_or(0.0);
+    let velocity = short(left, 4);
+    let stop = run.stop_time.map_or(String::new(), |time| format!("at {:.1} µs, ", time * 1e6));
+    let through = run.history.last().map_or(0, |row| row.perforated_plies);
+    let torn = if run.plies > 1 { format!("{through} of {} plies perforated, ", run.plies) } else { String::new() };
+    let struck = format!("{torn}struck at {} m/s", short(projectile.velocity, 4));
+    match run.outcome {
+        Outcome::Perforated => {
+            let leaves = match checks::scatter(case, run) {
+                Some(scatter) => format!("{} m/s ± {} by the mesh", short(left, 3), short(scatter, 2)),
+                None => format!("{velocity} m/s"),
+            };
+            let past = if run.is_unbroken() { ", past fabric of which no yarn broke" } else { "" };
+            ("perforated", format!("leaves at {leaves}{past}, {struck}"))
+        }
+        Outcome::Stopped => {
+            let carried = run.carried_velocity.map(|speed| format!("carried along at {} m/s, ", short(speed, 3)));
+            ("stopped", format!("{stop}{}{struck}, {deflected}", carried.unwrap_or_default()))
+        }
+        Outcome::Rebounded => {
+            let flies = match run.rebound_velocity {
+                Some(rebound) => format!("flies back at {} m/s", short(rebound, 4)),
+                None => format!("flies at {velocity} m/s"),
+            };
+            ("rebounded", format!("turned {stop}{flies}, {struck}, {deflected}"))
+        }
+        Outcome::Running => (
+            "undecided",
+            format!(
+                "at {reached}: {velocity} m/s left, {struck}, {deflected}; raise /solver/end_time_us for a verdict"
+            ),
+        ),
+    }
+}
+
+/// Time reached.
+pub fn reached(run: &Run) -> String {
+    us(run.history.last().map_or(0.0, |row| row.time))
+}
+
+/// Place where a run went wrong.
+pub fn place(divergence: &Divergence) -> String {
+    let [ply, row, column] = divergence.place;
+    format!("step {}, kernel {}, ply {ply}, row {row}, column {column}", divergence.step, divergence.kernel)
+}
+
+/// Mirror planes that a scene is cut at, if it is.
+pub fn symmetry(planes: MirrorPlanes) -> String {
+    let names = planes.names();
+    let part = match names.len() {
+        0 => return "none: the whole scene is computed".to_owned(),
+        1 => "a half",
+        _ => "a quarter",
+    };
+    format!("{part}, mirrored at {} = 0", names.join(" = 0 and "))
 }

@@ -21,51 +21,32 @@ const SUBSTANTIAL: f64 = 0.5;
 /// Looks between the start and the end time.
 const LOOKS: f64 = 80.0;
 
-/// Linked nodes of a ply, as a forest: each points to another of its piece, the last to itself.
-struct Pieces {
-    parent: Vec<u32>,
-    /// Nodes per row.
-    stride: usize,
-}
-
-impl Pieces {
-    /// An unbroken yarn links the nodes before an element with those behind it, on both sides of the element: across the yarn
-    /// it resists nothing.
-    fn of<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize) -> Self {
-        let (mesh, first) = (&model.ply_type(ply).mesh, model.grid.first_element_row(ply));
-        let stride = mesh.columns + 1;
-        let mut pieces = Self { parent: (0..(stride * (mesh.rows + 1)) as u32).collect(), stride };
-        for row in 0..mesh.rows {
-            for column in 0..mesh.columns {
-                let [a, b, c, d] = corners([row, column]).map(|(row, column)| row * stride + column);
-                for (yarn, links) in [[(a, b), (d, c)], [(a, d), (b, c)]].into_iter().enumerate() {
-                    if state.alive(first + row, column, yarn) {
-                        links.into_iter().for_each(|(one, other)| pieces.link(one, other));
-                    }
-                }
+/// Root node of the piece of every node of a ply, row by row. An unbroken yarn links the nodes before an element with those behind it, on
+/// both sides of the element: across the yarn it resists nothing.
+fn pieces<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize) -> Vec<usize> {
+    let (mesh, first) = (&model.ply_type(ply).mesh, model.grid.first_element_row(ply));
+    let stride = mesh.columns + 1;
+    // A forest: each node points to another of its piece, the root to itself.
+    let mut parent: Vec<u32> = (0..(stride * (mesh.rows + 1)) as u32).collect();
+    for (row, column) in (0..mesh.rows).flat_map(|row| (0..mesh.columns).map(move |column| (row, column))) {
+        let [a, b, c, d] = corners([row, column]).map(|(row, column)| row * stride + column);
+        for (yarn, links) in [[[a, b], [d, c]], [[a, d], [b, c]]].into_iter().enumerate() {
+            for link in links.into_iter().filter(|_| state.alive(first + row, column, yarn)) {
+                let [one, other] = link.map(|node| root(&mut parent, node));
+                parent[one.max(other)] = one.min(other) as u32;
             }
         }
-        pieces
     }
+    (0..parent.len()).map(|node| root(&mut parent, node)).collect()
+}
 
-    fn link(&mut self, one: usize, other: usize) {
-        let [one, other] = [self.root(one), self.root(other)];
-        self.parent[one.max(other)] = one.min(other) as u32;
+/// Root of the piece of a node. Shortens the way to it, else long yarns make long ways.
+fn root(parent: &mut [u32], mut node: usize) -> usize {
+    while parent[node] as usize != node {
+        parent[node] = parent[parent[node] as usize];
+        node = parent[node] as usize;
     }
-
-    /// Root of the piece of a node. Shortens the way to it, else long yarns make long ways.
-    fn root(&mut self, mut node: usize) -> usize {
-        while self.parent[node] as usize != node {
-            self.parent[node] = self.parent[self.parent[node] as usize];
-            node = self.parent[node] as usize;
-        }
-        node
-    }
-
-    /// Root of the piece of every node.
-    fn roots(mut self) -> Vec<usize> {
-        (0..self.parent.len()).map(|node| self.root(node)).collect()
-    }
+    node
 }
 
 /// Whether the piece of fabric of a node (row, column) can hold a projectile that flies at `speed` along the normal [m/s].
@@ -75,14 +56,11 @@ pub(crate) fn supporting<S: Scalar>(
     ply: usize,
     speed: f64,
 ) -> impl Fn(usize, usize) -> bool {
-    let ply_type = model.ply_type(ply);
-    let pieces = Pieces::of(model, state, ply);
-    let stride = pieces.stride;
-    let roots = pieces.roots();
-    let hold = if held_sides(&ply_type.mesh, ply_type.edges).contains(&true) {
-        reach_a_held_edge(&ply_type.mesh, ply_type.edges, &roots)
-    } else {
-        are_the_ply(model, state, ply, &roots, speed)
+    let (ply_type, roots) = (model.ply_type(ply), pieces(model, state, ply));
+    let stride = ply_type.mesh.columns + 1;
+    let hold = match held_sides(&ply_type.mesh, ply_type.edges) {
+        [false, false, false, false] => are_the_ply(model, state, ply, &roots, speed),
+        sides => reach_a_side(&ply_type.mesh, sides, &roots),
     };
     move |row, column| hold[roots[row * stride + column]]
 }
@@ -107,15 +85,11 @@ pub(crate) fn attached<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize
     }
     let holds = supporting(model, state, ply, f64::INFINITY);
     let mut found = Attached { deflection: 0.0, debris: false };
-    for row in 0..mesh.rows {
-        for column in (0..mesh.columns).filter(|column| state.is_intact(elements + row, *column)) {
-            for (row, column) in corners([row, column]) {
-                if holds(row, column) {
-                    let deflection = state.displacement(nodes + row, column)[2].abs();
-                    found.deflection = found.deflection.max(deflection);
-                } else {
-                    found.debris = true;
-                }
+    for (row, column) in (0..mesh.rows).flat_map(|row| (0..mesh.columns).map(move |column| (row, column))) {
+        for (row, column) in corners([row, column]).into_iter().filter(|_| state.is_intact(elements + row, column)) {
+            found.debris |= !holds(row, column);
+            if holds(row, column) {
+                found.deflection = found.deflection.max(state.displacement(nodes + row, column)[2].abs());
             }
         }
     }
@@ -152,9 +126,8 @@ pub(crate) fn free_pack<S: Scalar>(model: &Model<S>) -> Option<[f64; 2]> {
     })
 }
 
-/// Whether the piece of each root reaches a side that is held.
-fn reach_a_held_edge(mesh: &Mesh, edges: Edges, roots: &[usize]) -> Vec<bool> {
-    let [left, right, bottom, top] = held_sides(mesh, edges);
+/// Whether the piece of each root reaches one of these sides.
+fn reach_a_side(mesh: &Mesh, [left, right, bottom, top]: [bool; 4], roots: &[usize]) -> Vec<bool> {
     let mut reach = vec![false; roots.len()];
     for (node, root) in roots.iter().enumerate() {
         let (row, column) = (node / (mesh.columns + 1), node % (mesh.columns + 1));

@@ -16,23 +16,9 @@ use crate::gpu::shader::Kernel;
 use crate::gpu::stepper::DeviceStepper;
 use crate::gpu::{Device, DeviceError};
 use crate::model::features::Features;
-use crate::model::mesh::Grid;
 use crate::model::{Model, ModelError};
 use crate::solver;
 use crate::solver::state::State;
-
-/// Constants that shots of a batch have in common.
-#[derive(Clone, Debug, PartialEq)]
-struct Common {
-    grid: Grid,
-    sizes: Sizes,
-    /// Features of each ply type.
-    features: Vec<Features>,
-    /// Constants of the ply types, the plies, the grid lines and the energy that laws make.
-    uniforms: Vec<u8>,
-    /// Time step, end of the run and interval of the history [s].
-    times: [f64; 3],
-}
 
 /// A shot that is ready to be computed.
 #[derive(Debug)]
@@ -40,7 +26,9 @@ pub struct PreparedShot {
     /// Case of the shot.
     pub case: Case,
     model: Arc<Model<f32>>,
-    common: Common,
+    sizes: Sizes,
+    /// Uniforms, features and times that all shots of a batch have in common.
+    common: Vec<u8>,
 }
 
 impl PreparedShot {
@@ -51,20 +39,16 @@ impl PreparedShot {
     pub fn new(case: Case) -> Result<Self, ModelError> {
         let (model, _) = solver::state::set_up::<f32>(&case, Skips::default().symmetry)?;
         let sizes = Sizes::new(&model);
-        let mut uniforms: Vec<u8> = bytemuck::cast_slice(&layout::plies(&model)).to_vec();
-        uniforms.extend_from_slice(bytemuck::cast_slice(&layout::lines(&model)));
+        let features: Vec<Features> = model.ply_types.iter().map(|own| Features::new(&model, own)).collect();
+        let times = [model.dt, case.solver.end_time, case.output.history_interval];
+        let mut common = format!("{features:?} {times:?}").into_bytes();
+        common.extend_from_slice(bytemuck::cast_slice(&layout::plies(&model)));
+        common.extend_from_slice(bytemuck::cast_slice(&layout::lines(&model)));
         for (at, ply_type) in model.ply_types.iter().enumerate() {
-            uniforms.extend_from_slice(bytemuck::bytes_of(&layout::scene(&model, at, &sizes)));
-            uniforms.extend_from_slice(bytemuck::cast_slice(&layout::law_energy(ply_type)));
+            common.extend_from_slice(bytemuck::bytes_of(&layout::scene(&model, at, &sizes)));
+            common.extend_from_slice(bytemuck::cast_slice(&layout::law_energy(ply_type)));
         }
-        let common = Common {
-            grid: model.grid,
-            sizes,
-            features: model.ply_types.iter().map(|ply_type| Features::new(&model, ply_type)).collect(),
-            uniforms,
-            times: [model.dt, case.solver.end_time, case.output.history_interval],
-        };
-        Ok(Self { case, model: Arc::new(model), common })
+        Ok(Self { case, model: Arc::new(model), sizes, common })
     }
 
     /// Whether it can be computed together with another.
@@ -74,7 +58,7 @@ impl PreparedShot {
 
     /// Largest batch of such shots that a device holds in `memory` bytes.
     pub fn room(&self, device: &Device, memory: u64) -> u64 {
-        self.common.sizes.most_shots(&device.limits(), memory)
+        self.sizes.most_shots(&device.limits(), memory)
     }
 }
 
@@ -102,7 +86,7 @@ impl DeviceUse {
 
 /// Pipelines and buffers for batches of shots that are computed together.
 pub struct DeviceBatch<'a> {
-    common: Common,
+    common: Vec<u8>,
     device_loop: DeviceLoop<'a>,
     shots: u64,
 }

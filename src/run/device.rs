@@ -127,10 +127,8 @@ impl<'a> DeviceLoop<'a> {
         (steps, ends, looks)
     }
 
-    /// Sends a batch of steps off, and takes over the one before it, which computed while this one was recorded.
-    ///
-    /// # Errors
-    /// When the device was lost. What goes wrong with a single shot ends that one alone.
+    /// Sends a batch of steps off, and takes over the one before it, which computed while this one was recorded. A failure of a single shot ends
+    /// that one alone.
     pub(super) fn advance(&mut self, cases: &[&Case], observer: &mut dyn Observer) -> Result<(), DeviceError> {
         let time = self.time_of(self.next);
         if !self.complete && self.state_due(cases, observer, time) {
@@ -191,16 +189,16 @@ impl<'a> DeviceLoop<'a> {
         Ok(())
     }
 
+    /// Adapts the length of a batch to the time that the last one took.
     fn adapt(&mut self, steps: usize) {
-        let spent = self.collected.elapsed();
-        self.collected = Instant::now();
+        let spent = std::mem::replace(&mut self.collected, Instant::now()).elapsed();
         if self.fixed_batch || steps < self.batch {
             return;
         }
-        if spent < BATCH_TIME[0] {
-            self.batch = (2 * self.batch).min(BATCH);
-        } else if spent > BATCH_TIME[1] {
-            self.batch = (self.batch / 2).max(1);
+        match spent {
+            short if short < BATCH_TIME[0] => self.batch = (2 * self.batch).min(BATCH),
+            long if long > BATCH_TIME[1] => self.batch = (self.batch / 2).max(1),
+            _ => {}
         }
     }
 
@@ -279,15 +277,11 @@ impl<'a> DeviceSimulation<'a> {
 
     /// Steps whose results are known.
     pub fn steps(&self) -> u64 {
-        self.shot().record.run.steps
+        self.device_loop.shots[0].record.run.steps
     }
 
     /// The one shot there is.
-    fn shot(&self) -> &DeviceShot {
-        &self.device_loop.shots[0]
-    }
-
-    fn shot_mut(&mut self) -> &mut DeviceShot {
+    fn shot(&mut self) -> &mut DeviceShot {
         &mut self.device_loop.shots[0]
     }
 
@@ -308,7 +302,7 @@ impl<'a> DeviceSimulation<'a> {
     /// Takes over everything on its way, so that the record is up to date with the device.
     pub fn settle(&mut self, case: &Case) {
         let settled = self.device_loop.collect_all(&[case]);
-        self.shot_mut().unless_lost(settled);
+        self.shot().unless_lost(settled);
     }
 
     /// Results. `loop_seconds`: time spent in the loop [s].
@@ -327,12 +321,12 @@ impl Backend for DeviceSimulation<'_> {
     }
 
     fn record(&mut self) -> &mut RunRecord {
-        &mut self.shot_mut().record
+        &mut self.shot().record
     }
 
     fn advance(&mut self, case: &Case, observer: &mut dyn Observer) -> bool {
         let advanced = self.device_loop.advance(&[case], observer);
-        self.shot_mut().unless_lost(advanced);
+        self.shot().unless_lost(advanced);
         true
     }
 
@@ -347,19 +341,19 @@ impl Backend for DeviceSimulation<'_> {
     }
 
     fn show_end(&mut self, observer: &mut dyn Observer) {
-        let next = self.device_loop.next;
-        if self.steps() != next || self.shot().record.run.lost.is_some() {
+        let DeviceLoop { stepper, state, shots, next, .. } = &mut self.device_loop;
+        let run = &shots[0].record.run;
+        if run.steps != *next || run.lost.is_some() {
             return;
         }
-        let DeviceLoop { stepper, state, shots, .. } = &mut self.device_loop;
-        match shots[0].download(stepper, state, next) {
+        match shots[0].download(stepper, state, *next) {
             Ok(()) => observer.on_end(&View::Single(&self.model, state)),
             Err(error) => shots[0].record.run.lost = Some(error.to_string()),
         }
     }
 
     fn progress(&self, case: &Case) -> Progress {
-        self.shot().record.progress(case, self.device_loop.time_of(self.steps()), self.steps())
+        self.device_loop.shots[0].record.progress(case, self.device_loop.time_of(self.steps()), self.steps())
     }
 
     fn finish(self, loop_seconds: f64) -> Run {
@@ -373,7 +367,7 @@ const KEPT: [BufferId; 10] = [
     BufferId::Forces,
     BufferId::Heights,
     BufferId::Flags,
-    BufferId::Accounts,
+    BufferId::Accumulators,
     BufferId::Status,
     BufferId::Supports,
     BufferId::Body,
@@ -400,13 +394,13 @@ impl Checkpointable for DeviceSimulation<'_> {
 
     /// After the last step sent off, whose results must have been taken over; see [`DeviceSimulation::settle`].
     fn save(&self, header: &Header, observer: &[u8], to: &mut dyn Write) -> io::Result<()> {
-        let DeviceLoop { stepper, next, sampled, .. } = &self.device_loop;
+        let DeviceLoop { stepper, next, sampled, shots, .. } = &self.device_loop;
         let [time, time_step] = Backend::clock(self);
         let mut header = Header { step: *next, time, time_step, ..header.clone() };
         header.spent.waited = stepper.waited.as_secs_f64();
         let bytes = |id: &BufferId| stepper.read(*id).map(|words| bytemuck::cast_slice(&words).to_vec());
         let state = DeviceState {
-            record: Cow::Borrowed(&self.shot().record),
+            record: Cow::Borrowed(&shots[0].record),
             sampled: *sampled,
             events_read: stepper.events_read[0],
             times: Cow::Borrowed(&stepper.times),
@@ -426,7 +420,7 @@ impl<'a> DeviceSimulation<'a> {
         let mut simulation = Self::with_skips(case, device, header.skips)?;
         checkpoint.state(|state| simulation.restore(state))?;
         simulation.device_loop.next = header.step;
-        simulation.shot_mut().record.run.steps = header.step;
+        simulation.shot().record.run.steps = header.step;
         let waited = Duration::try_from_secs_f64(header.spent.waited).unwrap_or_default();
         simulation.device_loop.stepper.waited = waited;
         Ok(simulation)

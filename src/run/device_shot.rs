@@ -92,7 +92,7 @@ impl DeviceShot {
         Ok(())
     }
 
-    /// Reads the state after so many steps.
+    /// Reads the state after `steps` steps.
     pub(super) fn download(
         &self,
         stepper: &DeviceStepper<'_>,

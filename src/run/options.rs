@@ -36,7 +36,7 @@ impl Precision {
 pub struct Skips {
     /// Fabric that nothing has reached is at rest and is not computed.
     pub wavefront: bool,
-    /// Where the case asks for the outcome, or for a rebound, nothing is computed after it is known.
+    /// Nothing is computed after the outcome, or a rebound, is known where the case asks for no more.
     pub outcome: bool,
     /// A scene that is its own mirror image, and whose case allows it, is computed by a half or a quarter.
     pub symmetry: bool,

@@ -80,9 +80,9 @@ pub struct Tracker {
     common: f64,
     window: VecDeque<(f64, f64)>,
     last: Option<(f64, f64)>,
-    /// When the velocity along the normal came to that of what holds [s].
+    /// Time at which the velocity along the normal came to that of the fabric that holds [s].
     pub stop_time: Option<f64>,
-    /// What has stopped it flies on, with it.
+    /// The fabric that has stopped it flies on, with it.
     pub carried: bool,
     /// Speed away from the pack, along its normal, of a projectile that flies back [m/s].
     pub rebound_velocity: Option<f64>,

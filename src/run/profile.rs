@@ -101,7 +101,7 @@ impl DeflectionProfile {
         self.points.iter().filter(|p| p.reference > -1e-12)
     }
 
-    /// Where the straight flank of the transverse wave meets the plane [m], in space: the kink.
+    /// Kink: the place in space where the straight flank of the transverse wave meets the plane [m].
     ///
     /// `None` without deflection.
     pub fn kink(&self) -> Option<f64> {

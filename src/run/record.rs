@@ -48,7 +48,7 @@ pub(crate) struct RunRecord {
     tracker: Option<Tracker>,
     /// The projectile has touched the fabric.
     touched: bool,
-    /// What the case asks for is known.
+    /// The outcome that the case asks for is known.
     decided: bool,
 }
 
@@ -186,7 +186,7 @@ impl RunRecord {
         [0, 1].map(|yarn| self.failed.iter().map(|ply| ply[yarn]).sum())
     }
 
-    /// Progress at `time` [s], after so many steps.
+    /// Progress at `time` [s], after `steps` steps.
     pub(crate) fn progress(&self, case: &Case, time: f64, steps: u64) -> Progress {
         Progress {
             time,
@@ -337,7 +337,7 @@ impl RunRecord {
         run.deflections = self.deflections.largest();
         run.events = whole_events(model, run.events);
         (run.steps, run.loop_seconds) = (steps, loop_seconds);
-        (run.step_set_by, run.terms) = (model.bound.set_by, model.features());
+        (run.step_set_by, run.features) = (model.bound.set_by, model.features());
         run
     }
 }

@@ -68,7 +68,7 @@ pub struct NewtonStatistics {
 pub struct Run {
     /// Outcome of the shot.
     pub outcome: Outcome,
-    /// When the projectile came to rest, or to the velocity of the pack that carries it along [s].
+    /// Time at which the projectile came to rest, or to the velocity of the pack that carries it along [s].
     pub stop_time: Option<f64>,
     /// Velocity along the normal with which a projectile that a pack without a clamped edge has stopped flies on with it, at the end [m/s].
     pub carried_velocity: Option<f64>,
@@ -119,7 +119,7 @@ pub struct Run {
     pub step_set_by: &'static str,
     /// Features of the model that the scene has.
     #[serde(skip)]
-    pub terms: Features,
+    pub features: Features,
     /// Time in the loop [s].
     #[serde(skip)]
     pub loop_seconds: f64,

@@ -1,8 +1,8 @@
-//! Anything at all is read or refused, never a panic: cases at random.
+//! Cases at random: anything at all is read or refused, never a panic, and the JSON Schema agrees.
 
 use super::*;
 
-pub(super) fn config() -> ProptestConfig {
+fn config() -> ProptestConfig {
     ProptestConfig { cases: 1000, failure_persistence: None, ..ProptestConfig::default() }
 }
 
@@ -46,7 +46,7 @@ fn any_json() -> impl Strategy<Value = Value> {
 }
 
 /// The good case with one to three values replaced or removed.
-pub(super) fn mutated() -> impl Strategy<Value = Value> {
+fn mutated() -> impl Strategy<Value = Value> {
     let change = (any::<prop::sample::Index>(), prop::option::weighted(0.7, any_json()));
     prop::collection::vec(change, 1..4).prop_map(|changes| {
         let mut document = good();
@@ -56,7 +56,7 @@ pub(super) fn mutated() -> impl Strategy<Value = Value> {
             let (parent, _) = pointer.rsplit_once('/').unwrap();
             match value {
                 Some(value) => *document.pointer_mut(&pointer).unwrap() = value,
-                None if document.pointer(parent).unwrap().is_object() => remove_raw(&mut document, &pointer),
+                None if document.pointer(parent).unwrap().is_object() => remove(&mut document, &pointer),
                 None => *document.pointer_mut(parent).unwrap() = json!([]),
             }
         }
@@ -64,10 +64,71 @@ pub(super) fn mutated() -> impl Strategy<Value = Value> {
     })
 }
 
-fn remove_raw(document: &mut Value, pointer: &str) {
-    let (parent, key) = pointer.rsplit_once('/').unwrap();
-    let map = document.pointer_mut(parent).unwrap().as_object_mut().unwrap();
-    map.shift_remove(&unescape(key));
+fn validator() -> jsonschema::Validator {
+    let schema = case::schema();
+    jsonschema::draft202012::meta::validate(&schema).unwrap();
+    jsonschema::draft202012::new(&schema).unwrap()
+}
+
+#[test]
+fn every_shipped_case_is_read_and_is_valid() {
+    let validator = validator();
+    let mut count = 0;
+    for folder in ["cases", "cases/verify"] {
+        for entry in fs::read_dir(folder).into_iter().flatten() {
+            let path = entry.unwrap().path();
+            if path.extension().is_none_or(|extension| extension != "json") {
+                continue;
+            }
+            count += 1;
+            let value: Value = serde_json::from_str(&fs::read_to_string(&path).unwrap()).unwrap();
+            let case = case::read(&path, &[]).unwrap_or_else(|error| panic!("{error}"));
+            for value in [&value, &case.as_run] {
+                let errors: Vec<String> = validator.iter_errors(value).map(|error| error.to_string()).collect();
+                assert!(errors.is_empty(), "{}: {errors:?}", path.display());
+            }
+        }
+    }
+    assert!(count > 0);
+    assert!(validator.is_valid(&good()));
+}
+
+/// Changes of the good case that the schema refuses; see [`document_of`].
+const BAD: &str = r#"/zzz=1
+/projectile/mass_gg=1
+/projectile/shape="sphere"
+/projectile/shape="ogiv"
+/projectile/nose_flat_mm=1
+/projectile/nose_length_mm=1
+/projectile/velocity_m_s=0
+/projectile/offset_mm=[0]
+/solver/courant=0
+/solver/courant=1.5
+/fabric/warp/linear_density_tex=1
+/fabric/warp/absent=true
+/fabric/file="f.json"
+/fabric/crossover/compression="soft"
+/pack/plies=65
+/pack/edges/left="open"
+/pack/layup=[]
+/pack/layup/0={"ply": 1}
+/pack/layup/0/plies=0
+/pack/layup/0/fabric={"name": "f"}
+/pack/layup/1/fabric/warp/crimp=-1
+/pack/layup/1/orientation_deg=361
+/sources/x="no pointer"
+/title=""
+-/title
+-/projectile/mass_g
+-/projectile/axial_inertia_g_mm2
+-/fabric/warp/linear_density_denier"#;
+
+#[test]
+fn bad_cases_are_not() {
+    let validator = validator();
+    for line in BAD.lines() {
+        assert!(!validator.is_valid(&document_of(&format!("good & {line}")).0), "{line}");
+    }
 }
 
 proptest! {
@@ -83,9 +144,10 @@ proptest! {
     #[test]
     fn damaged_bytes_are_read_or_refused(at in any::<prop::sample::Index>(), length in 0..20_usize, new in ".{0,6}") {
         let text = good().to_string();
-        let start = text.floor_char_boundary_at(at.index(text.len()));
-        let end = text.floor_char_boundary_at((start + length).min(text.len()));
-        let damaged = format!("{}{new}{}", &text[..start], &text[end..]);
+        let start = at.index(text.len());
+        let mut bytes = text.into_bytes();
+        bytes.splice(start..(start + length).min(bytes.len()), new.bytes());
+        let damaged = String::from_utf8_lossy(&bytes);
         if let Err(error) = case::from_str("damaged.json", &damaged, &[]) {
             assert_well_formed(&error);
         }
@@ -96,19 +158,18 @@ proptest! {
         let pointers = pointers(&good());
         let pointer = &pointers[at.index(pointers.len())];
         for change in [format!("{pointer}{tail}={value}"), format!("{pointer}{tail}")] {
-            if let Err(error) = set(&change) {
+            if let Err(error) = case::from_str("good.json", &good().to_string(), &[change]) {
                 assert_well_formed(&error);
             }
         }
     }
-}
 
-trait FloorCharBoundary {
-    fn floor_char_boundary_at(&self, index: usize) -> usize;
-}
-
-impl FloorCharBoundary for str {
-    fn floor_char_boundary_at(&self, index: usize) -> usize {
-        (0..=index).rev().find(|index| self.is_char_boundary(*index)).unwrap_or(0)
+    /// The schema never refuses what the reader accepts.
+    #[test]
+    fn the_schema_follows_the_reader(document in mutated()) {
+        thread_local!(static VALIDATOR: jsonschema::Validator = validator());
+        if read(&document).is_ok() {
+            prop_assert!(VALIDATOR.with(|validator| validator.is_valid(&document)), "{document}");
+        }
     }
 }

@@ -1,63 +1,176 @@
-//! `--set`: changes to a case from the command line.
+//! Changes of a case: `--set`, fabrics from files of their own, and cases written in Rust.
 
 use super::*;
 
 #[test]
-fn replace_and_create_values() {
-    assert_eq!(set("/projectile/velocity_m_s=200").unwrap().projectile.unwrap().velocity, 200.0);
-    assert_eq!(set("/solver/symmetry=auto").unwrap().solver.symmetry, case::Symmetry::Auto);
-    assert_eq!(set("/solver/symmetry=\"auto\"").unwrap().solver.symmetry, case::Symmetry::Auto);
-    assert_eq!(set("/projectile/offset_mm/1=5").unwrap().projectile.unwrap().offset, [1e-3, 5e-3]);
-    assert_eq!(set("/expect/1/value=10").unwrap().expect[1].bound, Bound::Value { value: 10.0, tolerance: 1.0 });
-    assert!(set("/projectile=null").unwrap().projectile.is_none());
-    let text = without("/output").to_string();
-    let change = |change: &str| case::from_str("case.json", &text, &[change.to_owned()]);
-    assert_eq!(change("/output/frames=7").unwrap().output.frames, 7);
-    assert_eq!(change("/fabric/file=fabrics/s-728.json").unwrap().fabric.name, "S-728");
-    let both = ["/fabric/warp/crimp=0.03".to_owned(), "/fabric={\"file\": \"fabrics/s-728.json\"}".to_owned()];
-    let case = case::from_str("case.json", &text, &both).unwrap();
-    assert_eq!((case.fabric.name.as_str(), case.fabric.warp.crimp), ("S-728", 0.03));
-    let text = without("/pack/initial_velocity_m_s").to_string();
-    let case = case::from_str("case.json", &text, &["/pack/initial_velocity_m_s/2=4".to_owned()]).unwrap();
-    assert_eq!(case.pack.initial_velocity, [0.0, 0.0, 4.0]);
-}
-
-#[test]
-fn take_the_place_of_the_source() {
-    let change = |change: &str| case::read(Path::new("cases/s720-1ply-155.json"), &[change.to_owned()]).unwrap();
-    let field = |case: &Case, pointer: &str| case.fields.iter().find(|f| f.pointer == pointer).unwrap().clone();
-    let case = change("/projectile/mass_g=4");
-    assert_eq!(field(&case, "/projectile/mass_g").source, "--set");
-    assert!(!field(&case, "/projectile/mass_g").assumed);
-    let case = change("/fabric/shear/g1_mpa=4");
-    assert!(field(&case, "/fabric/shear/g1_mpa").assumed, "an assumed value stays one when it is varied");
-    assert_eq!(field(&case, "/fabric/shear/g2_mpa").source, "assumed: not published");
-}
-
-#[test]
-fn are_refused_like_the_file() {
-    for (change, location, words) in [
-        ("/projectile/mass_gg=1", "--set /projectile/mass_gg", "\"mass_g\""),
-        ("/projectile/velocity_m_s=fast", "--set /projectile/velocity_m_s", "\"fast\""),
-        ("/projectile/velocity_m_s=NaN", "--set /projectile/velocity_m_s", "\"NaN\""),
-        ("/projectile/velocity_m_s=1e999", "--set /projectile/velocity_m_s", "1e999"),
-        ("/projectile/velocity_m_s=", "--set /projectile/velocity_m_s", "value"),
-        ("/projectile={\"shape\":", "--set /projectile", "end of the text"),
-        ("/projectile={\"shape\":1,\"shape\":2}", "--set /projectile", "duplicate"),
-        ("/projectile/mass_g/x=1", "--set /projectile/mass_g", "object or a list"),
-        ("/projectle/mass_g=1", "--set /projectle", "/projectile"),
-        ("/projectile/offset_mm/2=1", "--set /projectile/offset_mm/2", "from 0 to 1"),
-        ("/pack/edges=square", "--set /pack/edges", "clamped"),
-        ("/fabric/shear/gamma1=1", "--set /fabric/shear/gamma1", "gamma2"),
-        ("projectile=1", "--set projectile=1", "/json/pointer=value"),
-        ("/projectile", "--set /projectile", "no ="),
-        ("/=1", "--set /=1", "/json/pointer=value"),
-        ("=1", "--set =1", "/json/pointer=value"),
-        ("", "--set ", "/json/pointer=value"),
-    ] {
-        refused(set(change), location, words);
+fn values_are_replaced_and_created() {
+    let set = |line: &str| case_of(line).unwrap();
+    assert_eq!(set("good & --set /projectile/velocity_m_s=200").projectile.unwrap().velocity, 200.0);
+    for word in ["auto", "\"auto\""] {
+        assert_eq!(set(&format!("good & --set /solver/symmetry={word}")).solver.symmetry, case::Symmetry::Auto);
     }
-    let word = with("/pack/edges", json!("free")).to_string();
-    let inside = case::from_str("case.json", &word, &["/pack/edges/left=free".to_owned()]);
-    refused(inside, "--set /pack/edges", "as a whole");
+    assert_eq!(set("good & --set /projectile/offset_mm/1=5").projectile.unwrap().offset, [1e-3, 5e-3]);
+    let tenth = Bound::Value { value: 10.0, tolerance: 1.0 };
+    assert_eq!(set("good & --set /expect/1/value=10").expect[1].bound, tenth);
+    assert!(set("good & --set /projectile=null").projectile.is_none());
+    assert_eq!(set("good & -/output & --set /output/frames=7").output.frames, 7);
+    let last = "good & -/pack/initial_velocity_m_s & --set /pack/initial_velocity_m_s/2=4";
+    assert_eq!(set(last).pack.initial_velocity, [0.0, 0.0, 4.0]);
+    // A fabric is chosen before anything in it is changed.
+    let both = "good & --set /fabric/warp/crimp=0.03 & --set /fabric/file=fabrics/s-728.json";
+    assert_eq!((set(both).fabric.name.as_str(), set(both).fabric.warp.crimp), ("S-728", 0.03));
+    let own = set("laid & --set /pack/layup/0/fabric/shear/g2_mpa=70");
+    let g2 = [&own.fabric, &own.pack.layup[0].fabric, &own.pack.layup[1].fabric].map(|f| f.shear.as_ref().unwrap().g2);
+    assert_eq!(g2, [1e9, 70e6, 1e9], "a change inside the common fabric is of one group only");
+}
+
+#[test]
+fn changes_are_named_in_title_and_name() {
+    let named = |sets: &[&str]| {
+        let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
+        let mut case = case::from_str("plain.json", &plain().to_string(), &sets).unwrap();
+        case.name_changes(&sets);
+        assert_eq!(case.as_run["title"], case.title.as_str());
+        (case.name, case.title)
+    };
+    let pair = |name: &str, title: &str| (name.to_owned(), title.to_owned());
+    assert_eq!(named(&[]), pair("plain", "plain"));
+    let fast = "/projectile/velocity_m_s=200";
+    assert_eq!(named(&[fast]), pair("plain+velocity_m_s=200", "plain [velocity_m_s = 200]"));
+    // The last of two counts; what does not change the shot has no name.
+    assert_eq!(named(&["/projectile/velocity_m_s=9", fast, "/output/frames=3", "/expect=[]"]), named(&[fast]));
+    // Other keys end alike: the object is named too.
+    assert_eq!(named(&["/pack/friction=0.1"]).0, "plain+pack.friction=0.1");
+    assert_eq!(named(&["/title=mine", fast]), pair("plain+velocity_m_s=200", "mine"));
+    let free = |side: &str| named(&[&format!("/pack/edges={{\"{side}\": \"free\"}}")]).0;
+    assert!(free("left") != free("right") && free("left").starts_with("plain+edges="), "{}", free("left"));
+    let many: Vec<String> = (1..8).map(|i| format!("/projectile/offset_mm=[{i}.123456789, 0]")).collect();
+    assert!(many.iter().map(|set| named(&[set]).0).all(|name| name.len() < 120 && !name.contains(['/', ' ', '['])));
+}
+
+#[test]
+fn a_fabric_of_a_file_brings_its_sources_and_its_errors() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("case.json");
+    let mut fabric = laid()["fabric"].clone();
+    fabric["sources"] = json!({"/weft": "assumed: guessed", "/shear/g1_mpa": "paper"});
+    fs::write(folder.path().join("f.json"), fabric.to_string()).unwrap();
+    let mut document = laid();
+    put(&mut document, "/pack/layup/1/fabric", json!({"file": "f.json"}));
+    put(&mut document, "/sources", json!({"/pack": "a frame", "/pack/layup/1/fabric/crossover": "our tests"}));
+    fs::write(&path, document.to_string()).unwrap();
+    let case = case::read(&path, &[]).unwrap();
+    for (key, source) in [
+        ("weft/crimp", "assumed: guessed"),
+        ("shear/g1_mpa", "paper"),
+        ("shear/g2_mpa", "f.json"),
+        ("crossover/gap_mm", "our tests"),
+    ] {
+        assert_eq!(field(&case, &format!("/pack/layup/1/fabric/{key}")).source, source);
+    }
+    assert!(case.as_run.pointer("/pack/layup/1/fabric/sources").is_none());
+    let again = case::from_str("again.json", &case.as_run.to_string(), &[]).unwrap();
+    assert_eq!((again.fields, again.pack), (case.fields, case.pack));
+    // A change beside a fault leaves the file to blame no longer alone; one of another group does.
+    fabric["warp"]["crimp"] = json!(7);
+    fs::write(folder.path().join("f.json"), fabric.to_string()).unwrap();
+    let change = |change: &str| case::read(&path, &[change.to_owned()]);
+    refused(change("/pack/layup/0/plies=2"), "/warp/crimp", "f.json");
+    refused(change("/pack/layup/1/fabric/weft/crimp=0"), "/pack/layup/1/fabric/warp/crimp", "case.json");
+    assert!(change("/pack/layup/1/fabric/warp/crimp=0.1").is_ok());
+}
+
+#[cfg(unix)]
+#[test]
+fn a_link_does_not_leave_the_folder() {
+    let outside = tempfile::tempdir().unwrap();
+    fs::write(outside.path().join("f.json"), good()["fabric"].to_string()).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("case.json");
+    fs::write(&path, with("/fabric", json!({"file": "f.json"})).to_string()).unwrap();
+    std::os::unix::fs::symlink(outside.path().join("f.json"), folder.path().join("f.json")).unwrap();
+    refused(case::read(&path, &[]), "/fabric/file", "link");
+}
+
+/// A ball on a small ply.
+const TEXT: &str = r#"{
+  "title": "a small ply",
+  "fabric": { "file": "fabrics/s-728.json" },
+  "pack": { "width_mm": 40, "height_mm": 30.5, "plies": 2, "edges": "free" },
+  "projectile": { "shape": "sphere", "diameter_mm": 6, "density_kg_m3": 7850, "velocity_m_s": 120, "offset_mm": [1, 2] },
+  "solver": { "end_time_us": 60 },
+  "output": { "history_interval_us": 0.25 },
+  "sources": { "/pack": "a frame", "/projectile": "assumed", "": "set by a program" }
+}"#;
+
+fn built() -> ripstop::CaseBuilder {
+    Case::builder("a small ply")
+        .fabric(BuiltInFabric::S728)
+        .size_mm(40.0, 30.5)
+        .plies(2)
+        .edges(Edge::Free)
+        .sphere_mm(6.0)
+        .density_kg_m3(7850.0)
+        .velocity_m_s(120.0)
+        .set("/projectile/offset_mm", json!([1, 2]))
+        .end_time_us(60.0)
+        .history_interval_us(0.25)
+        .source("/pack", "a frame")
+        .source("/projectile", "assumed")
+}
+
+#[test]
+fn a_case_that_is_built_is_that_of_the_same_text() {
+    let read = case::from_str("case", TEXT, &[]).unwrap();
+    let case = built().build().unwrap();
+    assert_eq!(case.fields, read.fields, "values and sources");
+    assert!(format!("{case:?}") == format!("{read:?}"), "what is not in the fields differs");
+    let end = case.fields.iter().find(|field| field.pointer == "/solver/end_time_us").unwrap();
+    assert_eq!(end.source, "set by a program");
+}
+
+#[test]
+fn every_fabric_that_is_built_in_can_be_chosen() {
+    for fabric in BuiltInFabric::ALL {
+        let case = built().fabric(fabric).build().unwrap();
+        assert_eq!(json!(case.fabric.name), serde_json::from_str::<Value>(fabric.text()).unwrap()["name"]);
+    }
+}
+
+#[test]
+fn what_is_wrong_is_said_as_of_a_file_without_the_option_of_the_command_line() {
+    let error = |builder: ripstop::CaseBuilder| builder.name("mine").build().unwrap_err().to_string();
+    let missing = error(Case::builder("nothing"));
+    assert!(missing.contains("mine: /fabric\n") && missing.contains("mine: /pack\n"), "{missing}");
+    for velocity in [-1.0, f64::NAN, f64::INFINITY] {
+        let refused = error(built().velocity_m_s(velocity));
+        assert!(refused.starts_with("error: mine: /projectile/velocity_m_s\n  expected: a number"), "{refused}");
+    }
+    for (pointer, help) in [("projectile", "JSON pointer"), ("/pack/rim/left", "did you mean")] {
+        let refused = error(built().set(pointer, 1));
+        assert!(refused.contains(help) && !refused.contains("--set"), "{refused}");
+    }
+}
+
+#[test]
+fn a_key_of_a_case_is_changed_with_the_checks_of_a_new_one() {
+    let case = built().build().unwrap();
+    let faster = case.with("/projectile/velocity_m_s", 150).unwrap();
+    let expected = built().velocity_m_s(150.0).source("/projectile/velocity_m_s", "assumed, set by a program");
+    let expected = expected.build().unwrap();
+    assert_eq!(faster.fields, expected.fields);
+    assert_eq!(case::case_hash(&faster.as_run), case::case_hash(&expected.as_run));
+    let other = case.with("/fabric/file", "fabrics/s-720.json").unwrap();
+    assert_eq!(other.fabric.name, "S-720");
+    let refused = case.with("/projectile/velocity_m_s", "fast").unwrap_err();
+    assert_eq!((refused.location.as_str(), &*refused.file), ("/projectile/velocity_m_s", "case"));
+}
+
+#[test]
+fn a_fabric_of_a_file_is_looked_up_in_its_folder() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("mine.json"), BuiltInFabric::S720.text()).unwrap();
+    let case = built().fabric_file(folder.path(), "mine.json").build().unwrap();
+    assert_eq!(case.fabric.name, "S-720");
+    assert!(built().fabric_file(folder.path(), "../mine.json").build().is_err());
 }

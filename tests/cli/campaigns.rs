@@ -270,7 +270,7 @@ fn files_are_whole_and_need_nothing_else() {
         let text = bench.text(name);
         assert!(text.contains("&lt;b&gt;&amp;.csv") && !text.contains("<b>"), "{name}");
         assert_eq!(text.matches("<circle").count(), 30);
-        assert_eq!(text.matches("<polyline").count(), 1);
+        assert_eq!(text.matches("class=\"curve ink\"/>").count(), 1);
         let external = text.replace("http://www.w3.org/2000/svg", "");
         assert!(!external.contains("://") && !external.contains("<script") && !external.contains("NaN"));
     }

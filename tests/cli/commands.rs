@@ -139,7 +139,7 @@ fn point(choice: &Value) -> [f64; 2] {
 }
 
 #[test]
-fn bench_measures_every_choice_and_marks_what_nothing_beats() {
+fn bench_measures_every_choice_and_names_the_cheapest_within_the_tolerance() {
     let bench = Bench::new(&small());
     let asked = ["bench", "shot.json", "--backend", "cpu", "--threads", "1", "--repeat", "2", "--tolerance", "50%"];
     let output = bench.ripstop(&[&asked[..], &["--json"]].concat());
@@ -158,8 +158,6 @@ fn bench_measures_every_choice_and_marks_what_nothing_beats() {
         let [time, error] = point(one);
         assert!(time > 0.0 && error > 0.0 && error.is_finite(), "{one:#}");
         assert_eq!(one["loop_s_of_each_run"].as_array().unwrap().len(), 2);
-        let beats = |other: [f64; 2]| other[0] <= time && other[1] <= error && other != [time, error];
-        assert_eq!(one["on_front"], json!(!choices.iter().map(point).any(beats)), "{one:#}");
         let end = one["end_error_percent"].as_f64().unwrap();
         assert_eq!(one["within_tolerance"], json!(one["same_outcome"] == true && error <= 50.0 && end <= 50.0));
     }

@@ -11,7 +11,7 @@ use tempfile::TempDir;
 use super::page::{self, Block, Page, is_update};
 use crate::cli::DRIVER_FILES;
 
-/// What else may stand in a block: not the program's.
+/// Other lines that a block may have.
 const OTHERS: [&str; 3] = ["cargo install --path .", "cargo test --release", "mdbook serve docs"];
 /// Lines that differ from run to run, up to here.
 const VARYING: [&str; 2] = ["  wall time  ", "  on  "];
@@ -110,25 +110,22 @@ fn parse(line: &str) -> Result<(), String> {
 
 /// Whether the lines shown are those got, but for what is left out.
 fn compare(shown: &[&str], got: &str) -> Result<(), String> {
-    let cut = |line: &'_ str| {
-        VARYING.iter().find(|start| line.starts_with(**start)).map_or(line.to_owned(), ToString::to_string)
+    let cut = |line: &str| {
+        VARYING.iter().find(|start| line.starts_with(**start)).map_or(line, |start| *start).to_owned() + "\n"
     };
-    let got: Vec<String> = got.lines().map(cut).collect();
-    let parts: Vec<Vec<String>> =
-        shown.split(|line| *line == LEFT_OUT).map(|part| part.iter().map(|line| cut(line)).collect()).collect();
-    let mut from = 0;
+    let got: String = got.lines().map(cut).collect();
+    let parts = shown.split(|line| *line == LEFT_OUT).map(|part| part.iter().map(|line| cut(line)).collect());
+    let parts: Vec<String> = parts.collect();
+    let (mut rest, last) = (got.as_str(), parts.len() - 1);
     for (number, part) in parts.iter().enumerate() {
-        let last = got.len().checked_sub(part.len()).ok_or("more lines than there are")?;
-        let places = match (number == 0, number + 1 == parts.len()) {
-            (true, true) if got.len() != part.len() => return Err(format!("{} lines, not {}", part.len(), got.len())),
-            (true, _) => 0..1,
-            (false, true) if !part.is_empty() => last.max(from)..last + 1,
-            _ => from..last + 1,
+        let place = match number {
+            0 => rest.starts_with(part).then_some(0),
+            number if number == last => rest.ends_with(part).then(|| rest.len() - part.len()),
+            _ => rest.find(part),
         };
-        let place = places.into_iter().find(|at| got[*at..].starts_with(part));
-        from = place.ok_or_else(|| format!("not in the output, or not there:\n{}", part.join("\n")))? + part.len();
+        rest = &rest[place.ok_or_else(|| format!("not in the output, or not there:\n{part}"))? + part.len()..];
     }
-    Ok(())
+    if last == 0 && !rest.is_empty() { Err(format!("there is more:\n{rest}")) } else { Ok(()) }
 }
 
 /// Two shots, as users see them: a few seconds.

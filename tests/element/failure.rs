@@ -183,7 +183,7 @@ fn assert_dead<S: Scalar>(sizes: &[f64], speed: f64) {
         assert!(patch.forces().iter().flatten().all(|f| *f == 0.0), "{size:e}");
         let zero = [sums.work, sums.stored, sums.hourglass, sums.released[0], sums.released[1], sums.max_tension];
         assert!(
-            zero.iter().all(|e| *e == 0.0) && sums.max_deflection == 0.0 && sums.failures == [],
+            zero.iter().all(|e| *e == 0.0) && sums.max_deflection == 0.0 && sums.failures.is_empty(),
             "{size:e} {sums:?}"
         );
     }

@@ -73,9 +73,9 @@ pub(crate) const FORCE_FIELDS: u64 = 9;
 /// Fields of an element's heights: predictor and heights of both yarns.
 pub(crate) const HEIGHT_FIELDS: u64 = 6;
 /// Fields of an element's energy accumulators.
-pub const ACCOUNT_FIELDS: u64 = 10;
+pub const ACCUMULATOR_FIELDS: u64 = 10;
 /// Fields of a node's energy accumulators of contact between plies.
-pub(crate) const PLY_ACCOUNT_FIELDS: u64 = 3;
+pub(crate) const PLY_ACCUMULATOR_FIELDS: u64 = 3;
 /// Fields of an element whose yarns have shock viscosity: viscous forces of warp and weft.
 pub(crate) const VISCOUS_FIELDS: u64 = 2;
 /// Fields of an element whose failure is judged over a length: strains of warp and weft in the last two steps.

@@ -4,7 +4,7 @@
 //! those to come lie twice as far apart. So at any time between half and all of twice as many lie evenly from the start on, and
 //! [`even`] chooses from them.
 
-/// Frames are taken so many times as often as asked for at first: a run that ends after this part of its end time has as many frames
+/// Ratio of the frames taken at first to those asked for: a run that ends after this part of its end time has as many frames
 /// as asked for. A power of two, so that a run that reaches its end time has frames at even times to the step.
 const FINEST: f64 = 64.0;
 

@@ -2,7 +2,7 @@ use super::*;
 
 const DT: f64 = 1e-6;
 
-/// The steps kept of a run of so many steps.
+/// Steps kept of a run.
 fn kept(wanted: usize, end_time: f64, steps: u64) -> Vec<u64> {
     let mut schedule = Schedule::new(wanted, end_time);
     (0..=steps).for_each(|step| schedule.pass(step, DT));

@@ -21,6 +21,8 @@ use crate::solver::element_totals::field as element_field;
 use crate::solver::node_update::field as node_field;
 use crate::solver::state::{Rows, State};
 
+type Fill = Box<dyn Fn(&Scene, &mut Frame) + Send + Sync>;
+
 /// State at the time of a frame: what has moved of the part that is computed.
 pub struct Snapshot {
     scene: Arc<Scene>,
@@ -30,7 +32,7 @@ pub struct Snapshot {
     /// Bytes of the copy.
     bytes: usize,
     /// Fills a frame of zeros with what has moved, in whatever precision.
-    fill: Box<dyn Fn(&Scene, &mut Frame) + Send + Sync>,
+    fill: Fill,
 }
 
 impl Snapshot {

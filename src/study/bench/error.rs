@@ -1,6 +1,6 @@
-//! Differences of a run to the reference, and the runs that nothing beats.
+//! Differences of a run to the reference.
 
-use crate::output::{history, velocity_left};
+use crate::output::{csv, velocity_left};
 use crate::run::outcome::Outcome;
 use crate::run::{Run, Sample};
 
@@ -21,7 +21,7 @@ pub struct Errors {
 
 /// Velocity along the line of flight at a time [s], where the history covers it [m/s].
 fn velocity_at(history: &[Sample], time: f64) -> Option<f64> {
-    history::between(history, time, |row| row.time, |row| row.projectile_velocity)
+    csv::between(history, time, |row| row.time, |row| row.projectile_velocity)
 }
 
 /// Differences of a run; `None` where the histories have no time in common.
@@ -66,16 +66,6 @@ pub(super) fn same_outcome(reference: &Run, run: &Run) -> bool {
     let waited = run.history.last().is_some_and(|row| reference.history.last().is_some_and(|end| row.time > end.time));
     let thrown_back = (reference.outcome, run.outcome) == (Outcome::Stopped, Outcome::Rebounded) && waited;
     reference.outcome == run.outcome || thrown_back
-}
-
-/// Which of these points (time, error) no other point beats: as fast and more accurate, or as accurate and faster.
-/// A missing point is never on the front.
-pub(super) fn front(points: &[Option<[f64; 2]>]) -> Vec<bool> {
-    let beats = |a: &[f64; 2], b: &[f64; 2]| a[0] <= b[0] && a[1] <= b[1] && a != b;
-    let stands = |point: &Option<[f64; 2]>| {
-        point.is_some_and(|point| !points.iter().flatten().any(|other| beats(other, &point)))
-    };
-    points.iter().map(stands).collect()
 }
 
 #[cfg(test)]

@@ -34,19 +34,3 @@ fn there_is_no_error_where_no_velocity_is_lost_or_no_time_is_common() {
     let stopping = history(0.5, 10.0, |t| 100.0 - t);
     assert_eq!(velocity_error(&stopping, &stopping), Some(Some(0.0)));
 }
-
-#[test]
-fn the_front_holds_what_nothing_beats() {
-    let points = [
-        Some([1.0, 0.10]),
-        Some([2.0, 0.05]),
-        Some([3.0, 0.06]), // slower and worse than the second
-        Some([4.0, 0.01]),
-        Some([4.0, 0.02]), // as slow as the fourth and worse
-        None,
-        Some([1.0, 0.10]), // as good as the first: neither beats the other
-        Some([0.5, f64::INFINITY]),
-    ];
-    assert_eq!(front(&points), [true, true, false, true, false, false, true, true]);
-    assert_eq!(front(&[]), Vec::<bool>::new());
-}

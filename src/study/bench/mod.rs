@@ -128,8 +128,6 @@ pub struct BenchRow {
     pub errors: Option<Errors>,
     /// Whether the outcome is the reference's.
     pub same_outcome: bool,
-    /// Whether no other row is as fast and more accurate, or as accurate and faster.
-    pub on_front: bool,
 }
 
 impl BenchRow {
@@ -162,7 +160,7 @@ pub struct BenchResult {
     pub case: Case,
     /// The reference.
     pub reference: Run,
-    /// Error of the velocity history of a second reference, below which rows cannot be told apart [-]; none where it did not end.
+    /// Error of the velocity history of a second reference, below which errors rank nothing [-]; none where it did not end.
     pub scatter: Option<f64>,
     /// Rows in the order of the configurations.
     pub rows: Vec<BenchRow>,
@@ -234,16 +232,11 @@ pub fn measure(
                 let loop_seconds = [run.loop_seconds].into_iter().chain(runs.map(|run| run.loop_seconds)).collect();
                 let errors = complete(&run).then(|| error::errors(&measured.reference, &run)).flatten();
                 let same_outcome = complete(&run) && error::same_outcome(&measured.reference, &run);
-                let row = BenchRow { configuration, case, run, loop_seconds, errors, same_outcome, on_front: false };
+                let row = BenchRow { configuration, case, run, loop_seconds, errors, same_outcome };
                 measured.rows.push(row);
             }
             Err(reason) => measured.skipped.push((configuration.name, reason)),
         }
-    }
-    let points: Vec<_> =
-        measured.rows.iter().map(|row| row.velocity_error().map(|error| [row.time(), error])).collect();
-    for (row, on_front) in measured.rows.iter_mut().zip(error::front(&points)) {
-        row.on_front = on_front;
     }
     let good = measured.rows.iter().enumerate().filter(|(_, row)| row.is_within(plan.tolerance));
     measured.cheapest = good.min_by(|a, b| a.1.time().total_cmp(&b.1.time())).map(|(at, _)| at);
@@ -353,7 +346,6 @@ fn case_json(measured: &BenchResult, tolerance: f64) -> Value {
         out["stop_time_error_us"] = json!(errors.and_then(|errors| errors.stop_time).map(|time| time * 1e6));
         out["end_error_percent"] = json!(percent(errors.and_then(|errors| errors.end)));
         out["same_outcome"] = json!(row.same_outcome);
-        out["on_front"] = json!(row.on_front);
         out["within_tolerance"] = json!(row.is_within(tolerance));
         out
     };

@@ -41,11 +41,12 @@ const FRAGMENT: Shape =
     Shape::Fragment { diameter: 7e-3, length: 6e-3, nose_flat: 3.2e-3, nose_angle: 0.611, roll: 0.5 };
 
 type Change = fn(&mut Projectile, &mut Case);
+type Struck = (&'static str, Shape, &'static [Group], &'static [Kind], Change);
 
 const TURNED: [Group; 3] = [Group::turned(0), Group::turned(90), Group::turned(30)];
 
 /// Name, shape, plies (of the patch where none are given), kinds, change.
-const SCENES: [(&str, Shape, &[Group], &[Kind], Change); 25] = [
+const SCENES: [Struck; 25] = [
     ("sphere", SPHERE, &[], &[], |_, case| case.pack.plies = 13),
     ("sphere, spinning, oblique, friction", SPHERE, &[], &[], |p, case| {
         oblique(p);
@@ -126,12 +127,12 @@ fn corner(p: &mut Projectile, case: &mut Case) {
 }
 
 pub(super) fn scenes() -> Vec<Scene> {
-    SCENES.map(|(name, shape, groups, kinds, change)| struck(name, shape, groups, kinds, change)).into()
+    SCENES.map(struck).into()
 }
 
 /// Fabric wrapped around the nose of a projectile at 200 m/s, behind the fabric in front of it, a rounding to a step's travel away
 /// from it or inside it, at random speeds.
-fn struck(name: &'static str, shape: Shape, groups: &[Group], kinds: &[Kind], change: Change) -> Scene {
+fn struck((name, shape, groups, kinds, change): Struck) -> Scene {
     let mut p = Projectile {
         shape,
         edge_radius: 0.0,
