@@ -61,7 +61,7 @@
 //! solver    what varies, and one step of it on the processor: state, kernels and their order, energy balance
 //! gpu       the same step on a graphics processor
 //! run       the host loop of both, outcome, history, frames, checkpoints
-//! output    files: results, report, pictures, frames for ParaView, quality of a result
+//! output    files: results, checks, plots, report, frames for ParaView
 //! study     many runs: benchmark, verification, validation, comparison, ballistic limits
 //! cli       the commands
 //! ```
@@ -73,7 +73,7 @@
 //!   State lies in rows (ply, row, column), each ply in its own axes; `solver::active_region` is what may have moved.
 //! - [`run::run`] is the host loop. A [`run::Observer`] gets progress and [`run::frame`]s.
 //!   `run::outcome` decides what became of the projectile.
-//! - [`output::checks`] say what makes a result less certain than it looks.
+//! - [`output::checks`] says what makes a result less certain than it looks.
 //!
 //! # What always holds
 //!

@@ -59,7 +59,7 @@ impl Case {
     /// ```
     ///
     /// # Errors
-    /// What is wrong with the case so changed.
+    /// The refusal of the case so changed.
     pub fn with(&self, pointer: &str, value: impl Into<Value>) -> Result<Self, CaseError> {
         let document = self.as_run.clone();
         let file = Some(&self.path).filter(|path| path.is_file());
@@ -99,7 +99,7 @@ impl CaseBuilder {
         self.set("/pack/plies", plies)
     }
 
-    /// How all four edges are held.
+    /// Boundary condition of all four edges.
     pub fn edges(self, edges: Edge) -> Self {
         self.set("/pack/edges", edges.word())
     }

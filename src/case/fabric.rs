@@ -209,7 +209,7 @@ choices! {
         /// The yarn tension T.
         Tension = "tension",
     }
-    /// How the modulus of (25) is understood.
+    /// Meaning of the modulus of (25).
     #[non_exhaustive]
     pub enum ShearModulus {
         /// dτ/dγ = G(γ).

@@ -31,12 +31,12 @@ impl BuiltInFabric {
     /// All of them.
     pub const ALL: [Self; 4] = [Self::S720, Self::S728, Self::TwaronCt612, Self::TwaronCt709];
 
-    /// Its name in a case.
+    /// Name of the fabric in a case.
     pub fn file(self) -> &'static str {
         self.parts().0
     }
 
-    /// Its keys and values, with their sources, as JSON.
+    /// Keys and values of the fabric, with their sources, as JSON.
     pub fn text(self) -> &'static str {
         self.parts().1
     }

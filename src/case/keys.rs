@@ -24,7 +24,7 @@ use super::error::{index, json_number, list, number_text, percent, quote, text_o
 pub(super) struct Unit {
     /// End of the names of its keys.
     end: &'static str,
-    /// Its sign.
+    /// Sign of the unit.
     pub(super) name: &'static str,
     numerator: f64,
     denominator: f64,
@@ -351,7 +351,7 @@ pub(super) fn fits<'a>(node: &Value, value: &'a Value) -> Option<&'a Vec<Value>>
     value.as_array().filter(|items| lengths.contains(&(items.len() as u64)))
 }
 
-/// What may stand where a schema describes it, in words.
+/// Values that a schema describes, in words.
 pub(super) fn expected(node: &'static Value) -> String {
     if let Some(choices) = node["anyOf"].as_array() {
         let or = if choices.iter().any(|choice| choice.get("pattern").is_some()) { ", or " } else { " or " };

@@ -1,4 +1,4 @@
-//! What the fields of a case must satisfy together: times within the run, mesh, number of steps, memory.
+//! Limits on the fields of a case together: times within the run, mesh, number of steps, memory.
 
 use super::error::{CaseError, number_text, short_number_text};
 use super::{Case, Layer};
@@ -9,11 +9,11 @@ const MAX_STEPS: f64 = 1e9;
 const MAX_ELEMENTS: f64 = 2_147_483_648.0;
 /// State and forces of one element with its node [bytes].
 const ELEMENT_BYTES: f64 = 400.0;
-/// What contact between plies keeps of one node [bytes].
+/// Memory of contact between plies for one node [bytes].
 const CONTACT_BYTES: f64 = 350.0;
-/// What making and compressing a frame keeps of one element with its node [bytes].
+/// Memory for making and compressing a frame, of one element with its node [bytes].
 const FRAME_BYTES: usize = 400;
-/// What a frame that waits to be written keeps of one element with its node [bytes].
+/// Memory of a frame that waits to be written, of one element with its node [bytes].
 const SNAPSHOT_BYTES: usize = 80;
 /// Memory that frames in the making may take, and those that wait [bytes]; one may always be made, and two wait.
 const FRAMES_BYTES: usize = 128 << 20;
@@ -122,7 +122,7 @@ fn frames_bytes(case: &Case) -> f64 {
     if case.output.frames == 0 {
         return 0.0;
     }
-    (of_frames(case, case.output.frames as usize, FRAME_BYTES, 1) + waiting_frame_bytes(case)) as f64
+    (of_frames(case, case.output.frames as usize, FRAME_BYTES, 1) + case.waiting_frame_bytes()) as f64
 }
 
 /// Bytes of frames with `of_element` bytes per element: of all of them if they are small, of `always` of them at least.
@@ -131,15 +131,17 @@ fn of_frames(case: &Case, frames: usize, of_element: usize, always: usize) -> us
     one.saturating_mul(frames).min(FRAMES_BYTES).max(one.saturating_mul(always))
 }
 
-/// Bytes of the frames that may wait to be written.
-pub(super) fn waiting_frame_bytes(case: &Case) -> usize {
-    // Up to twice as many as asked for are kept until the end of the run is known.
-    of_frames(case, 2 * case.output.frames as usize, SNAPSHOT_BYTES, 2)
-}
+impl Case {
+    /// Memory set aside for frames that wait to be written [bytes].
+    pub(crate) fn waiting_frame_bytes(&self) -> usize {
+        // Up to twice as many as asked for are kept until the end of the run is known.
+        of_frames(self, 2 * self.output.frames as usize, SNAPSHOT_BYTES, 2)
+    }
 
-/// Frames that may be made at once.
-pub(super) fn frames_at_once(case: &Case) -> usize {
-    (FRAMES_BYTES / FRAME_BYTES.saturating_mul(case.elements()).max(1)).max(1)
+    /// Frames that the memory set aside for making them holds, at least one.
+    pub(crate) fn frames_at_once(&self) -> usize {
+        (FRAMES_BYTES / FRAME_BYTES.saturating_mul(self.elements()).max(1)).max(1)
+    }
 }
 
 /// Bytes that this machine, or the container around the process, has left; `None` where it does not say.

@@ -74,15 +74,15 @@ pub struct Case {
     pub fabric: Fabric,
     /// Plies, size, edges and initial state of the pack.
     pub pack: Pack,
-    /// What strikes the pack, if anything does.
+    /// The projectile, if anything strikes the pack.
     pub projectile: Option<Projectile>,
-    /// What varies from shot to shot; `None`: nothing does.
+    /// Variability from shot to shot; `None`: nothing varies.
     pub variability: Option<Variability>,
-    /// What was drawn for the shot that this case is; empty for the nominal case.
+    /// Values drawn for the shot that this case is; empty for the nominal case.
     pub drawn: Vec<Drawn>,
     /// Time integration.
     pub solver: Solver,
-    /// What is written and how often.
+    /// Output and its intervals.
     pub output: Output,
     /// Statements about the result that the run checks.
     pub expect: Vec<Expect>,
@@ -90,7 +90,7 @@ pub struct Case {
     pub fields: Vec<Field>,
     /// The case as run: file with its fabric inlined and every `--set` applied. Written to the output folder.
     pub as_run: serde_json::Value,
-    /// What of the file was left out, and why, a line each.
+    /// Parts of the file that were left out, and why, a line each.
     pub notes: Vec<String>,
     /// The file the case was read from (empty for a built-in case).
     pub path: PathBuf,
@@ -122,16 +122,6 @@ impl Case {
         }])
     }
 
-    /// Memory set aside for frames that wait to be written [bytes].
-    pub(crate) fn waiting_frame_bytes(&self) -> usize {
-        limits::waiting_frame_bytes(self)
-    }
-
-    /// Frames that the memory set aside for making them holds, at least one.
-    pub(crate) fn frames_at_once(&self) -> usize {
-        limits::frames_at_once(self)
-    }
-
     /// Elements over all plies.
     pub fn elements(&self) -> usize {
         self.layers().iter().map(|layer| layer.plies as usize * layer.columns * layer.rows).sum()
@@ -146,24 +136,24 @@ struct CaseKeys {
     #[serde(rename = "$schema")]
     #[schemars(length(min = 1))]
     schema: Option<String>,
-    /// What the case is, for people.
+    /// Title of the case, for people.
     #[schemars(length(min = 1))]
     title: String,
     /// The fabric of every ply that pack.layup gives no other; a file is named relative to the case's folder.
     fabric: Fabric,
     /// Plies, size, edges and initial state.
     pack: Pack,
-    /// What strikes the pack; null or absent: nothing does.
+    /// Body that strikes the pack; null or absent: none does.
     ///
     /// Left out: nothing strikes the pack.
     #[schemars(with = "Option<projectile::ProjectileKeys>")]
     projectile: Option<Projectile>,
-    /// What varies from shot to shot; nothing does in a case that names no shot.
+    /// Variability from shot to shot; nothing varies in a case that names no shot.
     variability: Option<Variability>,
     /// Time integration.
     #[schemars(extend("default" = {}))]
     solver: Solver,
-    /// What is written and how often.
+    /// Output and its intervals.
     #[schemars(extend("default" = {}))]
     output: Output,
     /// Statements about the result that the run checks.
@@ -173,7 +163,7 @@ struct CaseKeys {
     /// its values as assumed.
     #[schemars(extend("propertyNames" = {"pattern": "^(/.*)?$"}))]
     sources: Option<BTreeMap<String, String>>,
-    /// Remarks for people.
+    /// Notes for people.
     #[schemars(length(min = 1))]
     notes: Option<String>,
 }

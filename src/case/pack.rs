@@ -42,7 +42,7 @@ pub struct Pack {
     /// Size along weft, rounded to whole elements [m].
     #[schemars(rename = "height_mm", range(min = 1e-3, max = 1e5))]
     pub(super) height: f64,
-    /// How the sides are held.
+    /// Boundary conditions of the sides.
     ///
     /// Default: a fixed frame, as in the paper.
     #[serde(deserialize_with = "edges")]
@@ -137,7 +137,7 @@ pub struct Layer {
     /// Default: warp along the pack's X axis.
     #[schemars(rename = "orientation_deg", range(min = -360, max = 360), extend("default" = 0))]
     pub orientation: f64,
-    /// How the sides are held, in the ply's own axes; sides left out of an object are clamped.
+    /// Boundary conditions of the sides, in the ply's own axes; sides left out of an object are clamped.
     ///
     /// Otherwise: the pack's edges.
     #[serde(deserialize_with = "edges")]

@@ -140,7 +140,7 @@ pub(super) fn sources(document: &mut Value) -> Option<&mut Map<String, Value>> {
     document.as_object_mut()?.entry("sources").or_insert_with(|| json!({})).as_object_mut()
 }
 
-/// What stands at a key, created where the case file knows it: an object, or the default list.
+/// Value at a key, created where the case file knows it: an object, or the default list.
 fn child<'a>(map: &'a mut Map<String, Value>, name: &str, place: &str) -> Result<&'a mut Value, CaseError> {
     if map.get(name).is_none_or(Value::is_null) {
         let Some(Key { node, .. }) = lookup(place) else {

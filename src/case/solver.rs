@@ -38,7 +38,7 @@ pub struct Solver {
     /// Default: measured: tension shocks neither ring nor make energy.
     #[schemars(extend("default" = "default"))]
     pub numerics: Numerics,
-    /// How far the mesh around the hit is refined, where elements_per_crossover is left out.
+    /// Refinement of the mesh around the hit, where elements_per_crossover is left out.
     ///
     /// Default: measured: a ballistic limit within 5 % of the converged one.
     #[schemars(extend("default" = "default"))]
@@ -89,7 +89,7 @@ pub struct Solver {
 
 const UNSTABLE: &str = "above 1 the time step exceeds the critical step and leapfrog integration is unstable";
 
-/// What is written and how often.
+/// Output of a run, and its intervals.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[non_exhaustive]
 pub struct Output {

@@ -1,7 +1,7 @@
 //! Variability from shot to shot, and the case of one shot.
 //!
 //! A case with `variability` and no `shot` is the nominal one: nothing varies, and nothing costs time. With a `shot` its values are drawn
-//! and put in the places of the nominal ones, as if somebody had written them there; only the strength of yarns, of which there is one for
+//! and put in the places of the nominal ones, as if they were written there; only the strength of yarns, of which there is one for
 //! each element, is left to the model. Draws are a function of seed and shot, see [`random`](crate::num::random).
 
 use schemars::JsonSchema;
@@ -214,7 +214,7 @@ impl Variability {
         self.shot.is_some() && self.yarn_strength.is_some()
     }
 
-    /// The key of the draws of a whole shot; `number` tells several of one kind apart.
+    /// The key of the draws of a whole shot; `number` distinguishes several of one kind.
     fn key(&self, stream: u32, number: u32) -> DrawKey {
         let shot = self.shot.unwrap_or(0);
         DrawKey { seed: u64::from(self.seed), shot, ply: DrawKey::WHOLE, yarn: stream, element: number }

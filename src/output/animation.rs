@@ -291,7 +291,7 @@ impl Animation {
             cells.for_each(|(cells, rows)| ply.tensions(model, state, rows, cells));
             (attached(model, state, ply.ply).deflection, displacement, tension)
         };
-        let all: Vec<(f64, Vec<[f32; 3]>, Vec<[Option<f32>; 2]>)> = self.plies.par_iter().map(of_ply).collect();
+        let all: Vec<_> = self.plies.par_iter().map(of_ply).collect();
         self.keyframes.push(Keyframe {
             step: state.step,
             time,

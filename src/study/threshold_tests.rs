@@ -50,7 +50,7 @@ fn further_shots_lie_beside_the_bracket_and_of_the_first_realisations_beyond() {
     let (found, rungs) = replayed(9, |velocity| velocity > 184.2);
     let ends = found.bracket.map(|ends| ends.map(|velocity| RUNGS.nearest(velocity)));
     let Ok([low, high]) = ends else { unreachable!("there is a threshold") };
-    assert_eq!(rungs[rungs.len() - 2..], [low - BESIDE, high + BESIDE]);
+    assert!([low - BESIDE, high + BESIDE].iter().all(|beside| rungs.contains(beside)), "{rungs:?}");
     let (_, more) = replayed(3, |velocity| velocity > 184.2);
     assert_eq!(more[..rungs.len()], rungs);
     let beyond = more[rungs.len()..].iter().map(|rung| RUNGS.velocity(*rung) / 184.2);

@@ -233,29 +233,22 @@ fn without_overlap_the_estimate_says_how_it_was_made() {
 }
 
 #[test]
-fn residual_velocities_and_the_rules_of_standards_are_looked_at() {
+fn residual_velocities_and_the_rules_of_standards_are_shown() {
     let exact = |velocity: f64| format!("{velocity},1,{}\n", (velocity * velocity - 300.0 * 300.0).sqrt());
     let passed: String = [305.0, 310.0, 320.0, 340.0, 380.0].map(exact).concat();
     let text = format!("velocity_m_s,perforated,residual_velocity_m_s\n280,0,0\n295,0,\n299,0,\n306,0,\n{passed}");
     let bench = fit_bench(&[("shots.csv", &text)]);
     let found = fit_json(&bench, &["shots.csv"]);
-    let curves = found["residual"].as_array().unwrap();
-    assert_eq!((&curves[0]["curve"], &curves[1]["curve"]), (&json!("Recht-Ipson"), &json!("Lambert-Jonas")));
-    for curve in curves {
+    for (curve, name) in found["residual"].as_array().unwrap().iter().zip(["Recht-Ipson", "Lambert-Jonas"]) {
+        assert_eq!(curve["curve"], name);
         near(&curve["limit"], 300.0, 1e-3);
-        near(&curve["a"], 1.0, 1e-5);
-        near(&curve["p"], 2.0, 1e-4);
     }
-    let rules = found["arithmetic"].as_array().unwrap();
-    near(&rules[0]["value"], (299.0 + 306.0 + 305.0 + 310.0) / 4.0, 1e-9);
-    near(&rules[1]["value"], (295.0 + 299.0 + 306.0 + 305.0 + 310.0 + 320.0) / 6.0, 1e-9);
-    assert_eq!(rules[2]["refused"], "perforations: 5, stops: 4");
+    assert_eq!(found["arithmetic"][2]["refused"], "perforations: 5, stops: 4");
     let text = stdout(&fit(&bench, &["shots.csv"]));
     for part in ["V50 ", "STANAG 2920", "Recht-Ipson", "Vr = a"] {
         assert!(text.contains(part), "{part} in\n{text}");
     }
-    assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
-    assert!(text.lines().all(|line| line.trim_end() == line), "{text}");
+    assert!(text.lines().all(|line| line.chars().count() <= 80 && line.trim_end() == line), "{text}");
     assert!(!text.contains('\u{1b}'));
 }
 

@@ -184,16 +184,6 @@ fn published_sets_give_the_published_intervals() {
     ends(bounds(NEYER, 0.5, 0.95), [4.487, 6.530], 6e-4);
 }
 
-/// Many shots at two velocities: V50 lies where both counts are alike, and the interval is that of two binomials. At V50 = t the best β
-/// solves a line through (t, ½); here the symmetric pair makes both ends lie alike around the middle.
-#[test]
-fn a_symmetric_set_has_a_symmetric_interval() {
-    let text = ["400/0"; 9].join(" ") + " 400/1 500/0 " + &["500/1"; 9].join(" ");
-    let found = bounds(&text, 0.5, 0.9);
-    near(found.low.unwrap() + found.high.unwrap(), 900.0, 1e-5);
-    assert!(found.low.unwrap() > 400.0 && found.high.unwrap() < 500.0, "{found:?}");
-}
-
 /// Where a constant chance explains the shots within the confidence, no velocity can be left out.
 #[test]
 fn few_shots_give_an_interval_without_an_end() {
@@ -254,7 +244,7 @@ fn the_arithmetic_v50_takes_equally_many_close_perforations_and_stops() {
     near(found.spread.unwrap(), 20.0, 1e-9);
     near(by(text, 0).value.unwrap(), (505.0 + 512.0 + 508.0 + 515.0) / 4.0, 1e-9);
     let wide = by("1000/0 1200/0 1250/0 1240/1 1281/1 1478/1", 1);
-    assert_eq!((wide.value, wide.refused.as_deref()), (None, Some("spread 478 m/s, mean 1241.5 m/s")));
+    assert_eq!((wide.value, wide.refused.as_deref()), (None, Some("spread 478 m/s, mean 1242 m/s")));
     // A spread that is just met is met.
     let within = |fastest: &str| by(&format!("400/0 410/0 420/0 425/1 430/1 {fastest}/1"), 1).value;
     assert!(within("438").is_some() && within("438.1").is_none());
@@ -293,15 +283,12 @@ fn a_curve_is_found_again_from_its_own_points() {
 /// Far above the limit Recht's and Ipson's curve is a line of V₀²: the interval is then the textbook's.
 #[test]
 fn far_from_the_limit_the_interval_is_that_of_a_line() {
-    let noise = [3.0, -2.0, 1.0, -4.0, 2.0];
-    let shots: Vec<Passed> = noise
-        .iter()
-        .enumerate()
-        .map(|(n, noise)| {
-            let impact = 2000.0 + 50.0 * n as f64;
-            Passed { impact, residual: (impact * impact - 300.0 * 300.0).sqrt() + noise, count: 1 }
-        })
-        .collect();
+    let shot = |(impact, noise): (f64, f64)| Passed {
+        impact,
+        residual: (impact * impact - 300.0 * 300.0).sqrt() + noise,
+        count: 1,
+    };
+    let shots = [(2000.0, 3.0), (2050.0, -2.0), (2100.0, 1.0), (2150.0, -4.0), (2200.0, 2.0)].map(shot);
     let found = residual_fit(ResidualModel::RechtIpson, &shots, 0.9).unwrap();
     // dVr/dV₀ = −V₀/Vr; t of 4 degrees of freedom at 90 % is 2.1318.
     let squares: f64 = shots.iter().map(|shot| (found.limit / found.residual(shot.impact)).powi(2)).sum();
