@@ -10,9 +10,7 @@ fn collect(local: u32) -> u32 {
     for (var base = 0u; base < summaries; base += WIDTH) {
         let summary = base + local;
         var bits = 0u;
-        if (summary < summaries) {
-            bits = atomicLoad(&candidates[mark_word(words + summary)]);
-        }
+        if (summary < summaries) { bits = atomicLoad(&candidates[mark_word(words + summary)]); }
         var count = 0u;
         for (var rest = bits; rest != 0u; rest &= rest - 1u) {
             count += countOneBits(atomicLoad(&candidates[mark_word(summary * 32u + firstTrailingBit(rest))]));
@@ -21,31 +19,23 @@ fn collect(local: u32) -> u32 {
         for (var rest = bits; rest != 0u; rest &= rest - 1u) {
             let word = summary * 32u + firstTrailingBit(rest);
             for (var marks = atomicLoad(&candidates[mark_word(word)]); marks != 0u; marks &= marks - 1u) {
-                if (at < scene.points) {
-                    points[point_number(at)].node = first_node() + word * 32u + firstTrailingBit(marks);
-                }
+                if (at < scene.points) { points[point_number(at)].node = first_node() + word * 32u + firstTrailingBit(marks); }
                 at += 1u;
             }
             atomicStore(&candidates[mark_word(word)], 0u);
         }
-        if (bits != 0u) {
-            atomicStore(&candidates[mark_word(words + summary)], 0u);
-        }
+        if (bits != 0u) { atomicStore(&candidates[mark_word(words + summary)], 0u); }
         total += scan[WIDTH - 1u];
         workgroupBarrier();
     }
-    if (total > scene.points && local == 0u) {
-        atomicStore(&status[counter(OVERFLOW)], total);
-    }
+    if (total > scene.points && local == 0u) { atomicStore(&status[counter(OVERFLOW)], total); }
     storageBarrier();
     return min(total, scene.points);
 }
 
 /// Thickness of the fabric between a node and the struck side [m]: of each ply in front whose element there stands.
 fn fabric_between(node: u32) -> f32 {
-    if (!PLIES) {
-        return 0.0;
-    }
+    if (!PLIES) { return 0.0; }
     var at = node;
     var thickness = 0.0;
     for (var front = node_ply(node); front > 0u; front--) {
@@ -61,16 +51,6 @@ fn fabric_between(node: u32) -> f32 {
         at = node_at(ply, place + further);
     }
     return thickness;
-}
-
-fn velocity_of(node: u32) -> vec3<f32> {
-    let n = scene.nodes;
-    return vec3<f32>(nodes[3u * n + node], nodes[4u * n + node], nodes[5u * n + node]);
-}
-
-fn displacement_of(node: u32) -> vec3<f32> {
-    let n = scene.nodes;
-    return vec3<f32>(nodes[node], nodes[n + node], nodes[2u * n + node]);
 }
 
 /// A node as contact sees it before it acts.
@@ -95,12 +75,10 @@ fn look(node: u32) -> Seen {
     var seen: Seen;
     let ply = node_ply(node);
     let place = node_place(node);
-    if (!is_intact(node, place)) {
-        return seen;
-    }
-    let own = velocity_of(node);
+    if (!is_intact(node, place)) { return seen; }
+    let own = node_vector(3u, node);
     let free = to_pack(ply, own);
-    let before = to_pack(ply, displacement_of(node) - scene.dt * own);
+    let before = to_pack(ply, node_vector(0u, node) - scene.dt * own);
     let from_nose = arm_of(body.nose_coarse, body.nose_fine, to_pack(ply, reference(ply, place)), before);
     seen.between = fabric_between(node);
     seen.pressed = rotate_back(body.orientation, from_nose - vec3<f32>(0.0, 0.0, seen.between));
@@ -113,13 +91,9 @@ fn look(node: u32) -> Seen {
     seen.relative = relative;
     seen.depth = max(0.0, -g.distance);
     let approach = dot(relative, seen.normal);
-    if (stays_away(g.distance, approach)) {
-        return seen;
-    }
+    if (stays_away(g.distance, approach)) { return seen; }
     let along = dot(seen.normal, inverse_in_pack(ply, place) * seen.normal);
-    if (scene.body_prescribed != 0u && along <= 0.0) {
-        return seen; // both are held: neither can give way
-    }
+    if (scene.body_prescribed != 0u && along <= 0.0) { return seen; } // both are held: neither can give way
     seen.state = select(NEAR, PUSHING, approach < closing_limit(g.distance));
     return seen;
 }
@@ -149,9 +123,7 @@ fn grow_active_region(local: u32) {
             let columns = min(reach.w, p.columns) - (max(reach.z, 1u) - 1u);
             let count = select(select(rows * columns, 0u, none), p.rows * p.columns, all);
             let before = atomicAdd(&status[counter(COMPUTED)], count);
-            if (before + count < before) {
-                atomicAdd(&status[counter(COMPUTED + 1u)], 1u);
-            }
+            if (before + count < before) { atomicAdd(&status[counter(COMPUTED + 1u)], 1u); }
         }
     }
     workgroupBarrier();

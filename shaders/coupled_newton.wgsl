@@ -17,9 +17,7 @@ fn other_height(x: f32, q: f32) -> f32 {
 }
 
 /// Values of the pivot and of the other yarn in the order of warp and weft.
-fn in_order(pair: vec2<f32>) -> vec2<f32> {
-    return select(pair.yx, pair, PIVOT == 0u);
-}
+fn in_order(pair: vec2<f32>) -> vec2<f32> { return select(pair.yx, pair, PIVOT == 0u); }
 
 /// Iterates from the heights of the pivot and of the other yarn.
 fn coupled_newton(stretch: vec2<f32>, start: vec2<f32>) -> Found {
@@ -48,9 +46,7 @@ fn coupled_newton(stretch: vec2<f32>, start: vec2<f32>) -> Found {
         let slack = (!COMPRESSION || loose <= q) && pivot.strain <= 0.0 && other.strain <= 0.0;
         let limit = accepted(pivot.force);
         met = (off <= limit && misfit <= 8.0 * EPSILON * scene.height_sum) || slack;
-        if (met || round == NEWTON_ITERATIONS) {
-            break;
-        }
+        if (met || round == NEWTON_ITERATIONS) { break; }
         // To the force they have in common, Σ F/S over Σ 1/S, from that of each; one division for all.
         let product = sp * so;
         let soft = give * product;

@@ -25,9 +25,7 @@ struct Equilibrium {
 
 /// Transverse compression d(F) (21), regularised [m], and its derivative [m/N].
 fn compression(force: f32) -> vec2<f32> {
-    if (!COMPRESSION) {
-        return vec2<f32>(0.0);
-    }
+    if (!COMPRESSION) { return vec2<f32>(0.0); }
     let sum = max(0.0, force) + scene.compression_offset;
     let root = inverse_cube_root(sum);
     let left = scene.compression_b * root;
@@ -37,9 +35,7 @@ fn compression(force: f32) -> vec2<f32> {
 
 /// Energy stored in the crossover [J].
 fn compression_energy(force: f32) -> f32 {
-    if (!COMPRESSION || force <= 0.0) {
-        return 0.0;
-    }
+    if (!COMPRESSION || force <= 0.0) { return 0.0; }
     let a = scene.compression_a;
     let b = scene.compression_b;
     let left = b * inverse_cube_root(max(0.0, force) + scene.compression_offset);
@@ -56,7 +52,7 @@ struct CellPoint {
     slope: f32,
 }
 
-/// Where an iteration ended.
+/// End of an iteration.
 struct Found {
     /// Height of the pivot [m].
     x: f32,
@@ -82,14 +78,10 @@ fn cell_point(stretch: vec2<f32>, x: f32) -> CellPoint {
         pivot.stiffness + other.stiffness * (1.0 + d.y * pivot.stiffness));
 }
 
-fn slack(point: CellPoint) -> bool {
-    return point.pivot.strain <= 0.0 && point.other.strain <= 0.0;
-}
+fn slack(point: CellPoint) -> bool { return point.pivot.strain <= 0.0 && point.other.strain <= 0.0; }
 
 /// The residual that counts as met at a contact force [N].
-fn accepted(force: f32) -> f32 {
-    return scene.tolerance + 8.0 * EPSILON * abs(force);
-}
+fn accepted(force: f32) -> f32 { return scene.tolerance + 8.0 * EPSILON * abs(force); }
 
 /// Lets the other yarn's height meet the force where the unknown's own resolution is too coarse for it.
 fn refine(stretch: vec2<f32>, x: f32, start: CellPoint) -> CellPoint {
@@ -99,17 +91,13 @@ fn refine(stretch: vec2<f32>, x: f32, start: CellPoint) -> CellPoint {
         let rises = 0.0 < trial.other.stiffness;
         let lost = trial.pivot.strain <= 0.0 && 0.0 < trial.other.force;
         let met = abs(trial.residual) <= accepted(trial.pivot.force) || slack(trial);
-        if (met || !rises || !(0.0 < trial.pivot.force || lost)) {
-            break;
-        }
+        if (met || !rises || !(0.0 < trial.pivot.force || lost)) { break; }
         // No higher than without compression: a slack yarn that is nearly flat hardly rises, and its steps go far beyond.
         trial.other_height = min(trial.other_height + trial.residual / trial.other.stiffness, scene.height_sum - x);
         trial.other = yarn_response(yarn(1u - PIVOT), stretch[1u - PIVOT], trial.other_height);
         trial.residual = trial.pivot.force - trial.other.force;
         // The first step may leave a yarn slack, further off than before: the next one brings it back.
-        if (abs(trial.residual) < abs(best.residual)) {
-            best = trial;
-        }
+        if (abs(trial.residual) < abs(best.residual)) { best = trial; }
     }
     return best;
 }
@@ -159,9 +147,7 @@ fn safeguarded(stretch: vec2<f32>, start: f32, before: u32) -> Found {
 }
 
 /// Strain of a yarn that nothing presses [-].
-fn straight_strain(y: Yarn, stretch: f32) -> f32 {
-    return (stretch - y.crimp) / (1.0 + y.crimp);
-}
+fn straight_strain(y: Yarn, stretch: f32) -> f32 { return (stretch - y.crimp) / (1.0 + y.crimp); }
 
 /// Tensions of warp and weft at their strains [N].
 fn tensions(strain: vec2<f32>) -> vec2<f32> {
@@ -179,9 +165,7 @@ fn solve(stretch: vec2<f32>, warm: vec2<f32>, both: bool) -> Equilibrium {
     }
     let start = min(max(vec2<f32>(0.0), vec2<f32>(warm[PIVOT], warm[1u - PIVOT])), vec2<f32>(top));
     var found = coupled_newton(stretch, start);
-    if (!found.met) {
-        found = safeguarded(stretch, start.x, found.iterations);
-    }
+    if (!found.met) { found = safeguarded(stretch, start.x, found.iterations); }
     let best = found.best;
     var out = Equilibrium(
         vec2<f32>(0.0), vec2<f32>(0.0), vec2<f32>(0.0), vec2<f32>(0.0), found.predictor,

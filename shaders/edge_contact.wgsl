@@ -65,9 +65,7 @@ fn list_members(local: u32) -> u32 {
     storageBarrier();
     for (var t = local; t < extent.y; t += WIDTH) {
         let member = touches[touch_number(t)].member;
-        if (member != NONE) {
-            members[member_number(member)] = t;
-        }
+        if (member != NONE) { members[member_number(member)] = t; }
     }
     storageBarrier();
     return total;
@@ -81,9 +79,7 @@ fn coupling(a: u32, b: u32) -> f32 {
     let weights_b = vec2<f32>(1.0 - touches[touch_number(b)].weight, touches[touch_number(b)].weight);
     let first = weights_a.x * (weights_b.x * f32(of_a.x == of_b.x) + weights_b.y * f32(of_a.x == of_b.y));
     let second = weights_a.y * (weights_b.x * f32(of_a.y == of_b.x) + weights_b.y * f32(of_a.y == of_b.y));
-    if (first + second == 0.0) {
-        return 0.0;
-    }
+    if (first + second == 0.0) { return 0.0; }
     let inverse = first * points[point_number(of_a.x)].inverse.xyz + second * points[point_number(of_a.y)].inverse.xyz;
     return dot(touches[touch_number(a)].normal.xyz, inverse * touches[touch_number(b)].normal.xyz);
 }
@@ -137,16 +133,12 @@ fn ask(t: u32) {
 }
 
 /// Whether a member is the first of its block. An invocation solves a block: most are short.
-fn leads(m: u32) -> bool {
-    return touches[touch_number(members[member_number(m)])].begin == m;
-}
+fn leads(m: u32) -> bool { return touches[touch_number(members[member_number(m)])].begin == m; }
 
 /// One past the last member of a block.
 fn end_of(begin: u32, count: u32) -> u32 {
     var end = begin + 1u;
-    while (end < count && touches[touch_number(members[member_number(end)])].begin == begin) {
-        end++;
-    }
+    while (end < count && touches[touch_number(members[member_number(end)])].begin == begin) { end++; }
     return end;
 }
 
@@ -155,9 +147,7 @@ fn end_of(begin: u32, count: u32) -> u32 {
 fn eliminate(begin: u32, end: u32, same: bool) {
     for (var m = begin; m < end; m++) {
         let t = touch_number(members[member_number(m)]);
-        if (touches[t].state != PUSHING) {
-            continue;
-        }
+        if (touches[t].state != PUSHING) { continue; }
         let row = touches[t].row - begin;
         let entry = touches[t].entry;
         let diagonal = touches[t].diagonal;
@@ -166,9 +156,7 @@ fn eliminate(begin: u32, end: u32, same: bool) {
         var turned = touches[t].turned;
         for (var k = entry; k < m; k++) {
             let above = touch_number(members[member_number(k)]);
-            if (touches[above].state != PUSHING) {
-                continue;
-            }
+            if (touches[above].state != PUSHING) { continue; }
             let root = touches[above].root;
             var value = matrix[row + k];
             if (!same) {
@@ -197,9 +185,7 @@ fn substitute_back(begin: u32, end: u32) {
     for (var left = end; left > begin; left--) {
         let m = left - 1u;
         let b = touch_number(members[member_number(m)]);
-        if (touches[b].state != PUSHING) {
-            continue;
-        }
+        if (touches[b].state != PUSHING) { continue; }
         let row = touches[b].row - begin;
         let share = touches[b].normal_impulse / touches[b].root;
         for (var k = touches[b].entry; k < m; k++) {
@@ -219,12 +205,10 @@ fn push_back(count: u32, local: u32) {
             touches[touch_number(t)].normal_impulse = (along - turned.w) / touches[touch_number(t)].root;
         }
     }
-    if (RIM) {
+    if (EDGES) {
         storageBarrier();
         for (var m = local; m < count; m += WIDTH) {
-            if (leads(m)) {
-                substitute_back(m, end_of(m, count));
-            }
+            if (leads(m)) { substitute_back(m, end_of(m, count)); }
         }
         storageBarrier();
     }

@@ -37,21 +37,12 @@ fn stored_energy(size: ElementGeometry, tension: vec2<f32>, strain: vec2<f32>, f
 
 fn store(field: u32, element: u32, value: vec3<f32>) {
     let e = scene.elements;
-    forces[field * e + element] = value.x;
-    forces[(field + 1u) * e + element] = value.y;
-    forces[(field + 2u) * e + element] = value.z;
+    for (var a = 0u; a < 3u; a++) { forces[(field + a) * e + element] = value[a]; }
 }
 
 fn stored(field: u32, element: u32) -> vec3<f32> {
     let e = scene.elements;
     return vec3<f32>(forces[field * e + element], forces[(field + 1u) * e + element], forces[(field + 2u) * e + element]);
-}
-
-fn kept_predictor(element: u32) -> Predictor {
-    let e = scene.elements;
-    return Predictor(
-        vec2<f32>(heights[element], heights[e + element]),
-        vec2<f32>(heights[2u * e + element], heights[3u * e + element]));
 }
 
 fn keep_heights(element: u32, height: vec2<f32>, predictor: Predictor) {
@@ -68,20 +59,6 @@ fn record_failure(element: u32, which: u32, strain: f32) {
     atomicAdd(&status[counter(FAILED + which)], 1u);
     let at = atomicAdd(&status[counter(EVENTS)], 1u);
     events[2u * first_element() + at] = Event(step.index, element, which, strain);
-}
-
-fn keep_viscous(element: u32, force: vec2<f32>) {
-    yarns[element] = force.x;
-    yarns[scene.elements + element] = force.y;
-}
-
-/// Both of a pair.
-fn both_of(x: vec2<bool>) -> bool {
-    return x.x && x.y;
-}
-
-fn any_of(x: vec2<bool>) -> bool {
-    return x.x || x.y;
 }
 
 /// Motion of an element.
@@ -153,7 +130,7 @@ fn forces_of(element: u32, motion: Motion, cell: Equilibrium, yarns_left: YarnsL
     let k = motion.k;
     let zero = vec2<f32>(0.0);
     let free = yarns_left.free;
-    let both_left = both_of(yarns_left.alive);
+    let both_left = all(yarns_left.alive);
     let elastic = select(zero, select(free, cell.in_plane, both_left), yarns_left.alive);
     var drag = zero;
     if (VISCOUS) {
@@ -161,16 +138,15 @@ fn forces_of(element: u32, motion: Motion, cell: Equilibrium, yarns_left: YarnsL
         let at_last = vec2<f32>(yarns[element], yarns[e + element]);
         let shock = shock_viscosity(size, k, motion.v, motion.grown, elastic, at_last);
         drag = shock.force;
-        keep_viscous(element, drag);
+        yarns[element] = drag.x;
+        yarns[e + element] = drag.y;
         // N over the element's width times its length.
         accumulators[7u * e + element] += dot(shock.work,
             vec2<f32>(0.5 * size.membrane_warp / size.gradient_x, 0.5 * size.membrane_weft / size.gradient_y));
     }
     let pull = elastic + drag;
     var trellis = Shear();
-    if (SHEAR) {
-        trellis = trellis_shear(k);
-    }
+    if (SHEAR) { trellis = trellis_shear(k); }
     let left = shear_where(both_left, trellis);
     let m = membrane(size, k, pull, left);
     return Forces(drag, trellis, m, mode_force(size, k, elastic, left), hourglass_where(both_left, size));
@@ -201,7 +177,7 @@ fn release(element: u32, motion: Motion, cell: Equilibrium, yarns_left: YarnsLef
     let v = motion.v;
     let mode = motion.k.mode;
     let was_alive = yarns_left.was_alive;
-    let both = both_of(was_alive);
+    let both = all(was_alive);
     let was = shear_where(both, acting.trellis);
     let before = stored_energy(size, select(zero, cell.tension, was_alive), cell.strain, cell.force, was.energy);
     let after = stored_energy(size, select(zero, yarns_left.free, yarns_left.alive), yarns_left.free_strain, 0.0, 0.0);
@@ -224,7 +200,7 @@ fn release(element: u32, motion: Motion, cell: Equilibrium, yarns_left: YarnsLef
     }
     if (yarns_left.failed.x) { record_failure(element, 0u, cell.strain.x); }
     if (yarns_left.failed.y) { record_failure(element, 1u, cell.strain.y); }
-    if (!any_of(yarns_left.alive)) { atomicAdd(&status[counter(ERODED)], 1u); }
+    if (!any(yarns_left.alive)) { atomicAdd(&status[counter(ERODED)], 1u); }
 }
 
 /// Energies of the state and largest values, for the energy balance.
@@ -235,7 +211,7 @@ fn keep_state(element: u32, at: vec4<u32>, motion: Motion, cell: Equilibrium, ya
     let mode = motion.k.mode;
     let alive = yarns_left.alive;
     let free = yarns_left.free;
-    let both_left = both_of(alive);
+    let both_left = all(alive);
     let tension = select(zero, select(free, cell.tension, both_left), alive);
     let strain = select(yarns_left.free_strain, cell.strain, both_left);
     let left = shear_where(both_left, acting.trellis);
@@ -260,10 +236,7 @@ fn keep_state(element: u32, at: vec4<u32>, motion: Motion, cell: Equilibrium, ya
 fn keep_nothing(element: u32) {
     let e = scene.elements;
     if (SAMPLED) {
-        accumulators[3u * e + element] = 0.0;
-        accumulators[4u * e + element] = 0.0;
-        accumulators[5u * e + element] = 0.0;
-        accumulators[6u * e + element] = 0.0;
+        for (var field = 3u; field < 7u; field++) { accumulators[field * e + element] = 0.0; }
         accumulators[9u * e + element] = 0.0;
     }
     keep_heights(element, vec2<f32>(0.0), Predictor());
@@ -275,29 +248,26 @@ fn element_step(element: u32) -> u32 {
     let e = scene.elements;
     let word = flags[element];
     let was_alive = vec2<bool>((word & 1u) != 0u, (word & 2u) != 0u);
-    let both = both_of(was_alive);
-    if (!any_of(was_alive)) {
+    let both = all(was_alive);
+    if (!any(was_alive)) {
         keep_nothing(element);
         return 0u;
     }
     let at = corners(element);
     let motion = motion_of(element, at);
     let height = vec2<f32>(heights[4u * e + element], heights[5u * e + element]);
-    let warm = predicted(kept_predictor(element), height, stretching(motion.k, motion.grown));
+    let slopes = vec2<f32>(heights[element], heights[e + element]);
+    let kept = Predictor(slopes, vec2<f32>(heights[2u * e + element], heights[3u * e + element]));
+    let warm = predicted(kept, height, stretching(motion.k, motion.grown));
     let cell = solve(motion.k.stretch, warm, both);
     let yarns_left = judge(element, motion.k.stretch, cell, was_alive);
     let acting = forces_of(element, motion, cell, yarns_left);
     keep_forces(element, motion, acting);
     keep_heights(element, cell.height, cell.predictor);
-    if (any_of(yarns_left.failed)) {
-        release(element, motion, cell, yarns_left, acting);
-    }
-    let alive = yarns_left.alive;
-    let bits = select(0u, 1u, alive.x) | select(0u, 2u, alive.y);
+    if (any(yarns_left.failed)) { release(element, motion, cell, yarns_left, acting); }
+    let bits = select(0u, 1u, yarns_left.alive.x) | select(0u, 2u, yarns_left.alive.y);
     flags[element] = (word & 0xffffff00u) + (cell.iterations << 8u) + bits;
-    if (SAMPLED) {
-        keep_state(element, at, motion, cell, yarns_left, acting);
-    }
+    if (SAMPLED) { keep_state(element, at, motion, cell, yarns_left, acting); }
     return select(0xffffffffu, bitcast<u32>(cell.residual), cell.converged || !both);
 }
 
@@ -305,13 +275,9 @@ var<workgroup> worst: atomic<u32>;
 var<workgroup> open_cells: atomic<u32>;
 
 @compute @workgroup_size(64)
-fn element_force(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    shot = shots[group.z];
-    let number = invocation(group, groups, local);
+fn element_force(id: Invocation) {
+    shot = shots[id.group.z];
+    let number = invocation_number(id);
     let element = first_element() + number;
     // No invocation leaves before the barriers, also when an earlier step went wrong.
     if (number < scene.shot_elements && is_due(element) && step.index <= atomicLoad(&status[counter(BAD_STEP)])) {
@@ -323,14 +289,10 @@ fn element_force(
         }
     }
     workgroupBarrier();
-    if (local == 0u) {
+    if (id.local == 0u) {
         let most = atomicLoad(&worst);
-        if (most > atomicLoad(&status[counter(RESIDUAL)])) {
-            atomicMax(&status[counter(RESIDUAL)], most);
-        }
+        if (most > atomicLoad(&status[counter(RESIDUAL)])) { atomicMax(&status[counter(RESIDUAL)], most); }
         let count = atomicLoad(&open_cells);
-        if (count > 0u) {
-            atomicAdd(&status[counter(UNCONVERGED)], count);
-        }
+        if (count > 0u) { atomicAdd(&status[counter(UNCONVERGED)], count); }
     }
 }

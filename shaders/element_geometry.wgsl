@@ -35,9 +35,7 @@ fn geometry_of(element: u32) -> ElementGeometry {
         scene.viscosity_weft,
         scene.cells,
         scene.area);
-    if (!GRADED) {
-        return finest;
-    }
+    if (!GRADED) { return finest; }
     let place = element_place(element);
     let x = line_at(element_ply(element), 0u, place.y);
     let y = line_at(element_ply(element), 1u, place.x);

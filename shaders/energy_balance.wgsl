@@ -67,29 +67,21 @@ fn ahead(arm: vec3<f32>) -> bool {
 }
 
 fn arm_to(node: u32) -> vec3<f32> {
-    let n = scene.nodes;
-    let u = vec3<f32>(nodes[node], nodes[n + node], nodes[2u * n + node]);
     let ply = node_ply(node);
     let lies = to_pack(ply, reference(ply, node_place(node)));
-    return arm_of(body.nose_coarse, body.nose_fine, lies, to_pack(ply, u));
+    return arm_of(body.nose_coarse, body.nose_fine, lies, to_pack(ply, node_vector(0u, node)));
 }
 
 /// The first, and one past the last, of the elements of a ply along X (0) or Y (1) that lie within `span` finest cells of one.
 fn within(ply: u32, axis: u32, along: u32) -> vec2<u32> {
     let span = plies[ply].span;
     let count = select(plies[ply].rows, plies[ply].columns, axis == 0u);
-    if (!GRADED) {
-        return vec2<u32>(along - min(along, span), min(along + span + 1u, count));
-    }
+    if (!GRADED) { return vec2<u32>(along - min(along, span), min(along + span + 1u, count)); }
     // A part of an element counts.
     var first = along;
-    for (var left = f32(span); left > WITHIN && first > 0u; left -= line_at(ply, axis, first).width) {
-        first -= 1u;
-    }
+    for (var left = f32(span); left > WITHIN && first > 0u; left -= line_at(ply, axis, first).width) { first -= 1u; }
     var end = along + 1u;
-    for (var left = f32(span); left > WITHIN && end < count; left -= line_at(ply, axis, end - 1u).width) {
-        end += 1u;
-    }
+    for (var left = f32(span); left > WITHIN && end < count; left -= line_at(ply, axis, end - 1u).width) { end += 1u; }
     return vec2<u32>(first, end);
 }
 
@@ -101,9 +93,7 @@ fn runs_on(ply: u32, place: vec2<u32>, yarn: u32) -> bool {
     let pieces = within(ply, select(1u, 0u, warp), along);
     for (var at = pieces.x; at < pieces.y; at++) {
         let cell = select(vec2<u32>(at, place.y), vec2<u32>(place.x, at), warp);
-        if ((flags[element_at(ply, cell)] & yarn) == 0u) {
-            return false;
-        }
+        if ((flags[element_at(ply, cell)] & yarn) == 0u) { return false; }
     }
     return true;
 }
@@ -116,9 +106,7 @@ fn covers(ply: u32, element: u32) -> bool {
     let place = element_place(element);
     let size = cell_size(ply, place);
     let far = scene.body_radius + 2.0 * (size.x + size.y);
-    if ((flags[element] & 3u) == 0u || axis_distance(rotate_back(body.orientation, a)) >= far) {
-        return false;
-    }
+    if ((flags[element] & 3u) == 0u || axis_distance(rotate_back(body.orientation, a)) >= far) { return false; }
     let b = arm_to(at.y);
     let c = arm_to(at.z);
     let d = arm_to(at.w);
@@ -127,10 +115,7 @@ fn covers(ply: u32, element: u32) -> bool {
 }
 
 fn put(at: u32, words: vec4<u32>) {
-    samples[at] = words.x;
-    samples[at + 1u] = words.y;
-    samples[at + 2u] = words.z;
-    samples[at + 3u] = words.w;
+    for (var i = 0u; i < 4u; i++) { samples[at + i] = words[i]; }
 }
 
 /// The body and the counters after the sums; the body's own sums begin anew.
@@ -150,9 +135,7 @@ fn finish(first: u32) {
     put(first + 48u, bitcast<vec4<u32>>(body.energy));
     put(first + 52u, bitcast<vec4<u32>>(body.nose_coarse));
     put(first + 56u, bitcast<vec4<u32>>(body.nose_fine));
-    for (var i = 0u; i < STATUS_WORDS; i++) {
-        samples[first + BODY_WORDS + i] = atomicLoad(&status[counter(i)]);
-    }
+    for (var i = 0u; i < STATUS_WORDS; i++) { samples[first + BODY_WORDS + i] = atomicLoad(&status[counter(i)]); }
     bodies[shot.number].impulse = vec4<f32>(0.0);
     bodies[shot.number].support = vec4<f32>(0.0);
     bodies[shot.number].energy = vec4<f32>(0.0, 0.0, 0.0, body.energy.w);
@@ -181,95 +164,74 @@ fn add_element(ply: u32, element: u32) {
     part[EVALUATIONS] += f32(word >> 8u);
     part[SOLVED] += select(0.0, f32(step.since), (word & 3u) == 3u);
     flags[element] = word & 3u;
-    if (PROJECTILE) {
-        part[COVERED] += select(0.0, 1.0, covers(ply, element));
-    }
+    if (PROJECTILE) { part[COVERED] += select(0.0, 1.0, covers(ply, element)); }
 }
 
 /// Adds what a node has.
 fn add_node(ply: u32, node: u32, place: vec2<u32>) {
     let e = scene.elements;
     let n = scene.nodes;
-    let v = vec3<f32>(nodes[3u * n + node], nodes[4u * n + node], nodes[5u * n + node]);
+    let v = node_vector(3u, node);
     let mass = node_mass(ply, place);
     let square = dot(v, v);
     part[KINETIC] += 0.5 * mass * square;
     part[KINETIC_NOW] += 0.5 * mass * dot(v, v - scene.dt * gather(node, place) * inverse_mass(ply, place));
     part[FASTEST] = max(part[FASTEST], square);
     let momentum = mass * to_pack(ply, v);
-    part[MOMENTUM] += momentum.x;
-    part[MOMENTUM + 1u] += momentum.y;
-    part[MOMENTUM + 2u] += momentum.z;
+    for (var a = 0u; a < 3u; a++) { part[MOMENTUM + a] += momentum[a]; }
     if (PLIES) {
         let at = 10u * e + node;
-        part[PLY_LOSS] += accumulators[at];
-        part[PLY_FRICTION_WORK] += accumulators[at + n];
-        part[PLY_SEPARATION_WORK] += accumulators[at + 2u * n];
-        accumulators[at] = 0.0;
-        accumulators[at + n] = 0.0;
-        accumulators[at + 2u * n] = 0.0;
+        // Loss, friction and work of moving nodes out of other plies lie one after the other here and there.
+        for (var i = 0u; i < 3u; i++) {
+            part[PLY_LOSS + i] += accumulators[at + i * n];
+            accumulators[at + i * n] = 0.0;
+        }
     }
 }
 
 /// Adds the impulse of a support at a node, which begins anew.
 fn add_support(at: u32) {
-    part[SUPPORT] += supports[at];
-    part[SUPPORT + 1u] += supports[at + 1u];
-    part[SUPPORT + 2u] += supports[at + 2u];
-    supports[at] = 0.0;
-    supports[at + 1u] = 0.0;
-    supports[at + 2u] = 0.0;
+    for (var a = 0u; a < 3u; a++) {
+        part[SUPPORT + a] += supports[at + a];
+        supports[at + a] = 0.0;
+    }
 }
 
 @compute @workgroup_size(64)
-fn energy_balance(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    shot = shots[group.z];
+fn energy_balance(id: Invocation) {
+    shot = shots[id.group.z];
     body = bodies[shot.number];
     // Each ply has as many workgroups, so that their sums are those of a ply.
     let share = scene.groups / scene.plies;
-    let ply = group.x / share;
-    let begin = (group.x % share) * GROUP + local;
+    let ply = id.group.x / share;
+    let begin = (id.group.x % share) * GROUP + id.local;
     let stride = share * GROUP;
-    let first = (step.slot * groups.z + group.z) * (scene.groups * SUMS + BODY_WORDS + STATUS_WORDS);
+    let first = (step.slot * id.groups.z + id.group.z) * (scene.groups * SUMS + BODY_WORDS + STATUS_WORDS);
     let ply_elements = scene.rows * scene.columns;
     for (var i = begin; i < ply_elements; i += stride) {
         let element = ply_number(ply) * ply_elements + i;
-        if (!is_element(ply, element_place(element))) {
-            continue;
-        }
+        if (!is_element(ply, element_place(element))) { continue; }
         add_element(ply, element);
     }
     let ply_nodes = (scene.rows + 1u) * (scene.columns + 1u);
     for (var i = begin; i < ply_nodes; i += stride) {
         let node = ply_number(ply) * ply_nodes + i;
         let place = node_place(node);
-        if (!is_node(ply, place)) {
-            continue;
-        }
+        if (!is_node(ply, place)) { continue; }
         add_node(ply, node, place);
     }
     let rim = 2u * (scene.columns + scene.rows + 2u);
-    for (var i = begin; i < rim; i += stride) {
-        add_support(3u * (ply_number(ply) * rim + i));
-    }
-    for (var i = 0u; i < SUMS; i++) {
-        sums[i * 65u + local] = part[i];
-    }
+    for (var i = begin; i < rim; i += stride) { add_support(3u * (ply_number(ply) * rim + i)); }
+    for (var i = 0u; i < SUMS; i++) { sums[i * 65u + id.local] = part[i]; }
     workgroupBarrier();
-    if (local < SUMS) {
-        let largest = local == TENSION || local == DEFLECTION || local == FASTEST || local == LOAD;
+    if (id.local < SUMS) {
+        let largest = id.local == TENSION || id.local == DEFLECTION || id.local == FASTEST || id.local == LOAD;
         var sum = 0.0;
         for (var i = 0u; i < GROUP; i++) {
-            let x = sums[local * 65u + i];
+            let x = sums[id.local * 65u + i];
             sum = select(sum + x, max(sum, x), largest);
         }
-        samples[first + group.x * SUMS + local] = bitcast<u32>(sum);
+        samples[first + id.group.x * SUMS + id.local] = bitcast<u32>(sum);
     }
-    if (group.x == 0u && local == 0u) {
-        finish(first + scene.groups * SUMS);
-    }
+    if (id.group.x == 0u && id.local == 0u) { finish(first + scene.groups * SUMS); }
 }

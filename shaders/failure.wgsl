@@ -16,24 +16,18 @@ fn last_strain(element: u32, which: u32) -> f32 {
 }
 
 /// Failure strains of the fabric's yarns.
-fn nominal_failure_strain() -> vec2<f32> {
-    return vec2<f32>(scene.warp_failure_strain, scene.weft_failure_strain);
-}
+fn nominal_failure_strain() -> vec2<f32> { return vec2<f32>(scene.warp_failure_strain, scene.weft_failure_strain); }
 
 /// Failure strains of an element's yarns.
 fn failure_strain(element: u32) -> vec2<f32> {
     let nominal = nominal_failure_strain();
-    if (!STRENGTH) {
-        return nominal;
-    }
+    if (!STRENGTH) { return nominal; }
     return nominal * vec2<f32>(yarns[6u * scene.elements + element], yarns[7u * scene.elements + element]);
 }
 
 /// Length of an element along a yarn over the finest.
 fn width_along(ply: u32, axis: u32, at: u32) -> f32 {
-    if (!GRADED) {
-        return 1.0;
-    }
+    if (!GRADED) { return 1.0; }
     return line_at(ply, axis, at).width;
 }
 
@@ -65,12 +59,8 @@ fn axis_of(ply: u32, axis: u32) -> Axis {
 
 /// The element at a place along an axis; past a mirror plane lies the image. Negative: there is none.
 fn element_along(a: Axis, at: i32) -> i32 {
-    if (at < 0 && (a.cut & 1u) != 0u) {
-        return -1 - at;
-    }
-    if (at >= a.count) {
-        return select(-1, 2 * a.count - 1 - at, (a.cut & 2u) != 0u);
-    }
+    if (at < 0 && (a.cut & 1u) != 0u) { return -1 - at; }
+    if (at >= a.count) { return select(-1, 2 * a.count - 1 - at, (a.cut & 2u) != 0u); }
     return at;
 }
 
@@ -97,9 +87,7 @@ fn row_of(ply: u32, place: vec2<u32>, which: u32) -> Sums {
         var begin = half;
         for (var along = 1; begin < reach; along++) {
             let at = element_along(axis, i32(own) + select(along, -along, side == 0u));
-            if (at < 0) {
-                break;
-            }
+            if (at < 0) { break; }
             let width = width_along(ply, which, u32(at));
             let next = select(vec2<u32>(u32(at), place.y), vec2<u32>(place.x, u32(at)), which == 0u);
             add_strain(&sums, element_at(ply, next), which, min(width, reach - begin));
@@ -130,9 +118,7 @@ fn piece_of(element: u32, which: u32, limit: f32) -> Piece {
     for (var at = across.x; at < across.y; at++) {
         largest = max(largest, last_strain(element_at(ply, place_across(place, which, at)), which));
     }
-    if (largest < limit) {
-        return Piece();
-    }
+    if (largest < limit) { return Piece(); }
     var squares = 0.0;
     var area = 0.0;
     var whole = 1.0;
@@ -156,9 +142,7 @@ fn breaks_with_another(element: u32, which: u32) -> bool {
     for (var at = u32(line.breaking_first); at < u32(line.breaking_end); at++) {
         let other = element_at(ply, place_across(place, 1u - which, at));
         let limit = failure_strain(other)[which];
-        if (other != element && limit <= piece_of(other, which, limit).strain) {
-            return true;
-        }
+        if (other != element && limit <= piece_of(other, which, limit).strain) { return true; }
     }
     return false;
 }

@@ -8,13 +8,9 @@ fn element_forces(field: u32, element: u32) -> vec3<f32> {
 
 /// Force of one element [N] with the signs of the corner it has at this node; `there` is false beyond the edge.
 fn corner_force(element: u32, there: bool, warp: f32, weft: f32, mode: f32) -> vec3<f32> {
-    if (!there) {
-        return vec3<f32>(0.0);
-    }
+    if (!there) { return vec3<f32>(0.0); }
     let membrane = warp * element_forces(0u, element) + weft * element_forces(3u, element);
-    if (!HOURGLASS) {
-        return membrane;
-    }
+    if (!HOURGLASS) { return membrane; }
     return membrane + mode * element_forces(6u, element);
 }
 

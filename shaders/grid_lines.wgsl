@@ -35,9 +35,7 @@ fn line_at(ply: u32, axis: u32, line: u32) -> Line {
 /// Lengths along X and Y of a cell (row, column) of a ply [m].
 fn cell_size(ply: u32, cell: vec2<u32>) -> vec2<f32> {
     let finest = vec2<f32>(plies[ply].length_x, plies[ply].length_y);
-    if (!GRADED) {
-        return finest;
-    }
+    if (!GRADED) { return finest; }
     return finest * vec2<f32>(line_at(ply, 0u, cell.y).width, line_at(ply, 1u, cell.x).width);
 }
 
@@ -55,8 +53,6 @@ fn mass_share(ply: u32, place: vec2<u32>) -> f32 {
 /// Impulses between plies are counted at a node in units of 2 to the power of this: heavier nodes take larger ones. With `ceil` of a
 /// single product it is the same in every kernel.
 fn count_shift(ply: u32, place: vec2<u32>) -> u32 {
-    if (!GRADED) {
-        return 0u;
-    }
+    if (!GRADED) { return 0u; }
     return 32u - countLeadingZeros(u32(ceil(mass_share(ply, place))) - 1u);
 }

@@ -24,9 +24,7 @@ fn trellis_shear(k: Kinematics) -> Shear {
 
 /// Shear where it acts, nothing elsewhere.
 fn shear_where(acts: bool, trellis: Shear) -> Shear {
-    if (acts) {
-        return trellis;
-    }
+    if (acts) { return trellis; }
     return Shear();
 }
 
@@ -39,9 +37,7 @@ struct Membrane {
 fn membrane(size: ElementGeometry, k: Kinematics, pull: vec2<f32>, shear: Shear) -> Membrane {
     let n1 = pull.x * size.membrane_warp;
     let n2 = pull.y * size.membrane_weft;
-    if (!SHEAR) {
-        return Membrane(n1 * k.warp, n2 * k.weft);
-    }
+    if (!SHEAR) { return Membrane(n1 * k.warp, n2 * k.weft); }
     let m1 = n1 + shear.along.x * size.half_length_warp;
     let m2 = n2 + shear.along.y * size.half_length_weft;
     let q1 = shear.slope * size.half_length_warp * k.per_stretch.x;

@@ -26,20 +26,16 @@ fn mark_node(node: u32) {
 /// more, and the nodes at the other ends of its edges with it. Vectors are in the axes of the pack.
 fn mark(node: u32, reference: vec3<f32>, displacement: vec3<f32>, speed: f32, depth: f32) {
     var room = 1.01 * scene.dt * (speed + 1.1 * body.velocity.w) + 1e-6 * scene.body_bounding_radius;
-    if (RIM) {
-        room += scene.rim_depth;
-    }
+    if (EDGES) { room += scene.rim_depth; }
     let local = rotate_back(body.orientation, arm_of(body.nose_coarse, body.nose_fine, reference, displacement));
     let moved = rotate_back(body.orientation, vec3<f32>(0.0, 0.0, -depth));
     let pressed = local + moved;
     let across = min(axis_distance(local), axis_distance(pressed)) - 0.5 * sqrt(dot(moved.xy, moved.xy));
     let along = max(min(local.z, pressed.z), scene.body_back - max(local.z, pressed.z));
     let gap = max(across - scene.body_radius, along);
-    if (gap > room) {
-        return;
-    }
+    if (gap > room) { return; }
     mark_node(node);
-    if (RIM) {
+    if (EDGES) {
         let ply = node_ply(node);
         let place = node_place(node);
         if (place.y > 0u) { mark_node(node - 1u); }
@@ -50,51 +46,33 @@ fn mark(node: u32, reference: vec3<f32>, displacement: vec3<f32>, speed: f32, de
 }
 
 @compute @workgroup_size(64)
-fn node_update(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    shot = shots[group.z];
-    let number = invocation(group, groups, local);
-    if (number >= scene.shot_nodes || step.index > atomicLoad(&status[counter(BAD_STEP)])) {
-        return;
-    }
+fn node_update(id: Invocation) {
+    shot = shots[id.group.z];
+    let number = invocation_number(id);
+    if (number >= scene.shot_nodes || step.index > atomicLoad(&status[counter(BAD_STEP)])) { return; }
     body = bodies[shot.number];
     let node = first_node() + number;
     let n = scene.nodes;
     let ply = node_ply(node);
     let place = node_place(node);
-    if (!is_node(ply, place)) {
-        return;
-    }
+    if (!is_node(ply, place)) { return; }
     let lies = reference(ply, place);
     let in_pack = to_pack(ply, lies);
     if (!in_reach(reach_of(ply), place)) {
-        if (PROJECTILE) {
-            mark(node, in_pack, vec3<f32>(0.0), 0.0, plies[ply].depth);
-        }
+        if (PROJECTILE) { mark(node, in_pack, vec3<f32>(0.0), 0.0, plies[ply].depth); }
         return;
     }
     let force = gather(node, place);
     let inverse = inverse_mass(ply, place);
-    let u = vec3<f32>(nodes[node], nodes[n + node], nodes[2u * n + node]);
-    let v = vec3<f32>(nodes[3u * n + node], nodes[4u * n + node], nodes[5u * n + node]) + step.kick * force * inverse;
+    let u = node_vector(0u, node);
+    let v = node_vector(3u, node) + step.kick * force * inverse;
     let moved = u + scene.dt * v;
-    nodes[node] = moved.x;
-    nodes[n + node] = moved.y;
-    nodes[2u * n + node] = moved.z;
-    nodes[3u * n + node] = v.x;
-    nodes[4u * n + node] = v.y;
-    nodes[5u * n + node] = v.z;
+    for (var a = 0u; a < 3u; a++) {
+        nodes[a * n + node] = moved[a];
+        nodes[(3u + a) * n + node] = v[a];
+    }
     let square = dot(v, v);
-    if (!finite(square)) {
-        atomicMin(&status[counter(BAD_STEP)], step.index);
-    }
-    if (held(ply, place) != 0u) {
-        add_support(ply, place, select(vec3<f32>(0.0), -step.kick * force, inverse <= vec3<f32>(0.0)));
-    }
-    if (PROJECTILE) {
-        mark(node, in_pack, to_pack(ply, u), sqrt(square), plies[ply].depth);
-    }
+    if (!finite(square)) { atomicMin(&status[counter(BAD_STEP)], step.index); }
+    if (held(ply, place) != 0u) { add_support(ply, place, select(vec3<f32>(0.0), -step.kick * force, inverse <= vec3<f32>(0.0))); }
+    if (PROJECTILE) { mark(node, in_pack, to_pack(ply, u), sqrt(square), plies[ply].depth); }
 }

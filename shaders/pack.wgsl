@@ -6,7 +6,7 @@ struct Ply {
     // Its own mesh.
     rows: u32,
     columns: u32,
-    /// Which ply type it is.
+    /// Number of its ply type.
     ply_type: u32,
     /// Yarns that are there: 1 warp, 2 weft.
     present: u32,
@@ -52,9 +52,7 @@ fn cell_over(ply: u32, over: u32) -> vec2<u32> {
 }
 
 /// Ply of a node.
-fn node_ply(node: u32) -> u32 {
-    return (node / (scene.columns + 1u)) / (scene.rows + 1u) - ply_number(0u);
-}
+fn node_ply(node: u32) -> u32 { return (node / (scene.columns + 1u)) / (scene.rows + 1u) - ply_number(0u); }
 
 /// Row within its ply and column of a node.
 fn node_place(node: u32) -> vec2<u32> {
@@ -73,9 +71,7 @@ fn element_at(ply: u32, place: vec2<u32>) -> u32 {
 }
 
 /// Ply of an element.
-fn element_ply(element: u32) -> u32 {
-    return (element / scene.columns) / scene.rows - ply_number(0u);
-}
+fn element_ply(element: u32) -> u32 { return (element / scene.columns) / scene.rows - ply_number(0u); }
 
 /// Row within its ply and column of an element.
 fn element_place(element: u32) -> vec2<u32> {
@@ -92,14 +88,10 @@ fn corners(element: u32) -> vec4<u32> {
 }
 
 /// Whether the storage at a place of a ply holds a node.
-fn is_node(ply: u32, place: vec2<u32>) -> bool {
-    return place.x <= plies[ply].rows && place.y <= plies[ply].columns;
-}
+fn is_node(ply: u32, place: vec2<u32>) -> bool { return place.x <= plies[ply].rows && place.y <= plies[ply].columns; }
 
 /// Whether the storage at a place of a ply holds an element.
-fn is_element(ply: u32, place: vec2<u32>) -> bool {
-    return place.x < plies[ply].rows && place.y < plies[ply].columns;
-}
+fn is_element(ply: u32, place: vec2<u32>) -> bool { return place.x < plies[ply].rows && place.y < plies[ply].columns; }
 
 /// Directions in which a node is held.
 fn held(ply: u32, place: vec2<u32>) -> u32 {
@@ -120,9 +112,7 @@ fn edges(ply: u32, place: vec2<u32>) -> u32 {
 }
 
 fn node_mass(ply: u32, place: vec2<u32>) -> f32 {
-    if (GRADED) {
-        return plies[ply].mass * mass_share(ply, place);
-    }
+    if (GRADED) { return plies[ply].mass * mass_share(ply, place); }
     let count = edges(ply, place);
     return plies[ply].mass * select(select(1.0, 0.5, count == 1u), 0.25, count == 2u);
 }
@@ -132,17 +122,13 @@ fn inverse_mass(ply: u32, place: vec2<u32>) -> vec3<f32> {
     let count = edges(ply, place);
     let edge = select(plies[ply].inverse_inner, plies[ply].inverse_edge, count == 1u);
     var inverse = select(edge, plies[ply].inverse_corner, count == 2u);
-    if (GRADED) {
-        inverse = plies[ply].inverse_inner / mass_share(ply, place);
-    }
+    if (GRADED) { inverse = plies[ply].inverse_inner / mass_share(ply, place); }
     let bits = vec3<u32>(held(ply, place)) & vec3<u32>(1u, 2u, 4u);
     return select(vec3<f32>(inverse), vec3<f32>(0.0), bits != vec3<u32>(0u));
 }
 
 /// Sides of a ply that mirror planes cut: 1 left, 2 right, 4 bottom, 8 top.
-fn cut_sides(ply: u32) -> u32 {
-    return plies[ply].held >> 12u;
-}
+fn cut_sides(ply: u32) -> u32 { return plies[ply].held >> 12u; }
 
 /// Whether a node lies on a plane that cuts the ply across its X, across its Y.
 fn cut_across(ply: u32, place: vec2<u32>) -> vec2<bool> {
@@ -191,15 +177,19 @@ fn reference(ply: u32, place: vec2<u32>) -> vec3<f32> {
 }
 
 /// First element above and to the right of a node, as if the ply went on.
-fn element_above(node: u32, place: vec2<u32>) -> u32 {
-    return element_at(node_ply(node), place);
-}
+fn element_above(node: u32, place: vec2<u32>) -> u32 { return element_at(node_ply(node), place); }
 
-/// Which of the elements above right, above left, below left and below right of a node there are.
+/// Presence of the elements above right, above left, below left and below right of a node.
 fn adjacent_elements(ply: u32, place: vec2<u32>) -> vec4<bool> {
     let above = place.x < plies[ply].rows;
     let below = place.x > 0u;
     let right = place.y < plies[ply].columns;
     let left = place.y > 0u;
     return vec4<bool>(above && right, above && left, below && left, below && right);
+}
+
+/// Vector of a node in the axes of its ply, from its first field on: 0 displacement [m], 3 velocity [m/s].
+fn node_vector(field: u32, node: u32) -> vec3<f32> {
+    let at = field * scene.nodes + node;
+    return vec3<f32>(nodes[at], nodes[at + scene.nodes], nodes[at + 2u * scene.nodes]);
 }

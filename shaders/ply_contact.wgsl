@@ -111,9 +111,7 @@ fn place_of(s: Surface, arm: vec3<f32>, safe: f32) -> vec2<f32> {
 }
 
 /// Arm from the centre, as seen by a flat cell. The twist of the cell is small: one correction.
-fn untwisted(s: Surface, arm: vec3<f32>, place: vec2<f32>) -> vec3<f32> {
-    return arm - s.twist * (place.x * place.y);
-}
+fn untwisted(s: Surface, arm: vec3<f32>, place: vec2<f32>) -> vec3<f32> { return arm - s.twist * (place.x * place.y); }
 
 /// The foot of a point on the bilinear cell with these corners. `area`: of the cell at rest [m²].
 fn closest_on(k: Cell, point: vec3<f32>, area: f32) -> ClosestPoint {
@@ -162,9 +160,7 @@ fn step_over(index: u32, x: f32, count: u32) -> u32 {
 }
 
 /// Range along one direction in which a cell carries a node: beyond the ply's edge a little more.
-fn room(outermost: bool) -> f32 {
-    return 0.5 + select(EDGE, SEGMENT_EXTENSION, outermost);
-}
+fn room(outermost: bool) -> f32 { return 0.5 + select(EDGE, SEGMENT_EXTENSION, outermost); }
 
 /// Whether a cell (row, column) of a ply of `rows` and `columns` carries a node with this foot. At sides that mirror
 /// planes `cut` (1 left, 2 right, 4 bottom, 8 top) the ply goes on.
@@ -194,16 +190,12 @@ fn on_edge(k: Cell, point: vec3<f32>, foot: vec2<f32>) -> EdgePlace {
     let across = along_edge(k.a + (k.b - k.a) * (x + 0.5), k.d + (k.c - k.d) * (x + 0.5), point);
     let along = along_edge(k.a + (k.d - k.a) * (y + 0.5), k.b + (k.c - k.b) * (y + 0.5), point);
     let nearer = dot(along.xyz, along.xyz) < dot(across.xyz, across.xyz);
-    if (abs(foot.y) > 0.5 && (abs(foot.x) <= 0.5 || nearer)) {
-        return EdgePlace(vec2<f32>(along.w, y), along.xyz);
-    }
+    if (abs(foot.y) > 0.5 && (abs(foot.x) <= 0.5 || nearer)) { return EdgePlace(vec2<f32>(along.w, y), along.xyz); }
     return EdgePlace(vec2<f32>(x, across.w), across.xyz);
 }
 
 /// Least velocity along the push with which a node may leave the step [m/s].
-fn ply_closing_limit(gap: f32) -> f32 {
-    return -max(gap, 0.0) / scene.dt;
-}
+fn ply_closing_limit(gap: f32) -> f32 { return -max(gap, 0.0) / scene.dt; }
 
 /// Speed at which a node is moved out of a surface, beyond what its own velocity does [m/s]; no part of its velocity.
 fn recovery_speed(gap: f32, thickness: f32, along: f32) -> f32 {
@@ -224,9 +216,7 @@ struct Impulse {
 fn impulse_between(velocity: vec3<f32>, push: vec3<f32>, limit: f32, kappa: f32) -> Impulse {
     let along = dot(velocity, push);
     let normal = max(kappa * (limit - along), 0.0);
-    if (!PLY_FRICTION) {
-        return Impulse(normal, vec3<f32>(0.0));
-    }
+    if (!PLY_FRICTION) { return Impulse(normal, vec3<f32>(0.0)); }
     let slide = velocity - push * along;
     let stick = slide * -kappa;
     let most = scene.ply_friction * normal;

@@ -17,19 +17,13 @@
 @group(1) @binding(6) var<storage, read_write> status: array<atomic<u32>>;
 
 /// Contacts of a node by weight. Below one a light touch of a corner would throw it away.
-fn share_of(node: u32) -> f32 {
-    return max(f32(shares[node]) * (1.0 / SHARE_UNIT), 1.0);
-}
+fn share_of(node: u32) -> f32 { return max(f32(shares[node]) * (1.0 / SHARE_UNIT), 1.0); }
 
 /// Adds to a node's sums. Whole numbers add up the same in any order.
 fn add(node: u32, impulse: vec3<i32>, shift: vec3<i32>) {
     for (var a = 0u; a < 3u; a++) {
-        if (impulse[a] != 0) {
-            atomicAdd(&impulses[6u * node + a], impulse[a]);
-        }
-        if (shift[a] != 0) {
-            atomicAdd(&impulses[6u * node + 3u + a], shift[a]);
-        }
+        if (impulse[a] != 0) { atomicAdd(&impulses[6u * node + a], impulse[a]); }
+        if (shift[a] != 0) { atomicAdd(&impulses[6u * node + 3u + a], shift[a]); }
     }
 }
 
@@ -48,9 +42,7 @@ fn press(ply: u32, node: u32, side: u32) {
         velocity -= ply_velocity(other, around[i]) * weights[i];
         compliance += weights[i] * share_of(around[i]) * inverse_along(other, node_place(around[i]), push);
     }
-    if (compliance <= 0.0) {
-        return;
-    }
+    if (compliance <= 0.0) { return; }
     let kappa = 1.0 / compliance;
     let found = impulse_between(velocity, push, contact.normal_impulse.w, kappa);
     let slide = velocity - push * dot(velocity, push);
@@ -59,9 +51,7 @@ fn press(ply: u32, node: u32, side: u32) {
     // In the largest unit of any of the nodes, which is a whole number of every other one's.
     let own = count_shift(ply, node_place(node));
     var theirs: vec4<u32>;
-    for (var i = 0u; i < 4u; i++) {
-        theirs[i] = count_shift(other, node_place(around[i]));
-    }
+    for (var i = 0u; i < 4u; i++) { theirs[i] = count_shift(other, node_place(around[i])); }
     let largest = max(max(own, max(theirs.x, theirs.y)), max(theirs.z, theirs.w));
     let unit = shot.impulse_unit * f32(1u << largest);
     let counts = (push * found.along + found.friction_impulse) * (part / unit);
@@ -81,23 +71,13 @@ fn press(ply: u32, node: u32, side: u32) {
 }
 
 @compute @workgroup_size(64)
-fn ply_impulse(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    shot = shots[group.z];
-    let number = invocation(group, groups, local);
-    if (number >= scene.shot_nodes || step.index > atomicLoad(&status[counter(BAD_STEP)])) {
-        return;
-    }
+fn ply_impulse(id: Invocation) {
+    shot = shots[id.group.z];
+    let number = invocation_number(id);
+    if (number >= scene.shot_nodes || step.index > atomicLoad(&status[counter(BAD_STEP)])) { return; }
     let node = first_node() + number;
-    if (shares[node] == 0u) {
-        return; // a node in contact has a share
-    }
+    if (shares[node] == 0u) { return; } // a node in contact has a share
     for (var side = 0u; side < 2u; side++) {
-        if (contacts[side * scene.nodes + node].foot.w != 0.0) {
-            press(node_ply(node), node, side);
-        }
+        if (contacts[side * scene.nodes + node].foot.w != 0.0) { press(node_ply(node), node, side); }
     }
 }

@@ -21,9 +21,7 @@
 /// A node's sum in the axes of its ply [N·s], and 0 in its place.
 fn take(ply: u32, at: u32, unit: f32) -> vec3<f32> {
     let count = vec3<f32>(f32(impulses[at]), f32(impulses[at + 1u]), f32(impulses[at + 2u]));
-    impulses[at] = 0;
-    impulses[at + 1u] = 0;
-    impulses[at + 2u] = 0;
+    for (var a = 0u; a < 3u; a++) { impulses[at + a] = 0; }
     return to_ply(ply, count * unit);
 }
 
@@ -37,18 +35,14 @@ fn viscous_part(element: u32, yarn: u32, size: f32) -> vec3<f32> {
 
 /// Shock viscosity's part of the force of one element [N], with the signs of the corner it has at this node; `there` is false beyond the edge.
 fn corner_viscous(element: u32, there: bool, warp: f32, weft: f32) -> vec3<f32> {
-    if (!there) {
-        return vec3<f32>(0.0);
-    }
+    if (!there) { return vec3<f32>(0.0); }
     let size = geometry_of(element);
     return warp * viscous_part(element, 0u, size.membrane_warp) + weft * viscous_part(element, 1u, size.membrane_weft);
 }
 
 /// Shock viscosity's part of the internal force on a node [N].
 fn viscous_force(node: u32, place: vec2<u32>) -> vec3<f32> {
-    if (!VISCOUS) {
-        return vec3<f32>(0.0);
-    }
+    if (!VISCOUS) { return vec3<f32>(0.0); }
     let there = adjacent_elements(node_ply(node), place);
     let e = element_above(node, place);
     let above = corner_viscous(e, there.x, 1.0, 1.0) + corner_viscous(e - 1u, there.y, -1.0, 1.0);
@@ -57,20 +51,12 @@ fn viscous_force(node: u32, place: vec2<u32>) -> vec3<f32> {
 }
 
 @compute @workgroup_size(64)
-fn ply_move(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    shot = shots[group.z];
-    let number = invocation(group, groups, local);
-    if (number >= scene.shot_nodes || step.index > atomicLoad(&status[counter(BAD_STEP)])) {
-        return;
-    }
+fn ply_move(id: Invocation) {
+    shot = shots[id.group.z];
+    let number = invocation_number(id);
+    if (number >= scene.shot_nodes || step.index > atomicLoad(&status[counter(BAD_STEP)])) { return; }
     let node = first_node() + number;
-    if (shares[node] == 0u) {
-        return;
-    }
+    if (shares[node] == 0u) { return; }
     shares[node] = 0u;
     let n = scene.nodes;
     let ply = node_ply(node);
@@ -78,32 +64,26 @@ fn ply_move(
     let unit = shot.impulse_unit * f32(1u << count_shift(ply, place));
     let impulse = take(ply, 6u * node, unit);
     let shift = take(ply, 6u * node + 3u, unit);
-    if (all(impulse == vec3<f32>(0.0)) && all(shift == vec3<f32>(0.0))) {
-        return;
-    }
+    if (all(impulse == vec3<f32>(0.0)) && all(shift == vec3<f32>(0.0))) { return; }
     touch(ply, place);
     let inverse = inverse_mass(ply, place);
     let force = gather(node, place);
     let pull = step.kick * force * inverse;
-    let u = ply_vector(0u, node);
-    let free = ply_vector(3u, node);
+    let u = node_vector(0u, node);
+    let free = node_vector(3u, node);
     let change = inverse * impulse;
     let now = free + change;
     let way = scene.dt * inverse * shift;
     let moved = u + (scene.dt * change + way);
-    nodes[node] = moved.x;
-    nodes[n + node] = moved.y;
-    nodes[2u * n + node] = moved.z;
-    nodes[3u * n + node] = now.x;
-    nodes[4u * n + node] = now.y;
-    nodes[5u * n + node] = now.z;
+    for (var a = 0u; a < 3u; a++) {
+        nodes[a * n + node] = moved[a];
+        nodes[(3u + a) * n + node] = now[a];
+    }
     let at = 10u * scene.elements + node;
     accumulators[at] -= 0.5 * dot(impulse, (free - pull) + now);
     if (any(way != vec3<f32>(0.0))) {
         // Viscosity sees velocities alone: against it nothing is stored, and nothing dissipated.
         accumulators[at + 2u * n] -= dot(force - viscous_force(node, place), way);
     }
-    if (held(ply, place) != 0u) {
-        add_support(ply, place, -select(vec3<f32>(0.0), impulse, inverse <= vec3<f32>(0.0)));
-    }
+    if (held(ply, place) != 0u) { add_support(ply, place, -select(vec3<f32>(0.0), impulse, inverse <= vec3<f32>(0.0))); }
 }

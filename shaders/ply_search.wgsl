@@ -17,9 +17,7 @@
 /// Whether a neighbour's part that may have moved lies within reach of a node, by reference positions.
 fn sees(own: u32, place: vec2<u32>, other: u32) -> bool {
     let reach = reach_of(other);
-    if (reach.x >= reach.y) {
-        return false;
-    }
+    if (reach.x >= reach.y) { return false; }
     let lies = to_ply(other, to_pack(own, reference(own, place)));
     // A ring for the growth of this step, and room for what has gone sideways.
     let slack = shot.travel * f32(step.index + 1u) + 3.0 * max(plies[other].longest, plies[own].longest);
@@ -28,7 +26,7 @@ fn sees(own: u32, place: vec2<u32>, other: u32) -> bool {
     return all(lies.xy >= low) && all(lies.xy <= high);
 }
 
-/// Where a node touches a cell of the neighbouring ply, or how far it is from that.
+/// Touch of a node and a cell of the neighbouring ply, or its distance from that.
 struct Touch {
     cell: vec2<u32>,
     place: vec2<f32>,
@@ -51,9 +49,7 @@ fn cell_at(ply: u32, cell: vec2<u32>) -> Cell {
 }
 
 /// Whether a cell of a ply carries load.
-fn cell_is_intact(ply: u32, cell: vec2<u32>) -> bool {
-    return (flags[element_at(ply, cell)] & 3u) != 0u;
-}
+fn cell_is_intact(ply: u32, cell: vec2<u32>) -> bool { return (flags[element_at(ply, cell)] & 3u) != 0u; }
 
 /// Position of a point over the cells that meet at the corner of a cell to which its foot points: over the nearest of them, or of
 /// their edges.
@@ -67,19 +63,13 @@ fn on_ridge(
     let way = vec2<u32>(select(~0u, 1u, foot.y > 0.0), select(~0u, 1u, foot.x > 0.0));
     for (var i = 0u; i < 4u; i++) {
         let cell = start + way * vec2<u32>(i >> 1u, i & 1u);
-        if (!is_element(other, cell)) {
-            continue;
-        }
+        if (!is_element(other, cell)) { continue; }
         let corner = cell_at(other, cell);
         let f = closest_on(corner, point, cell_area(other, cell));
-        if (!f.sound) {
-            continue;
-        }
+        if (!f.sound) { continue; }
         let over = is_over(f.place, cell, o.rows, o.columns, cut_sides(other));
         var edge = EdgePlace(f.place, f.normal * f.height);
-        if (!over) {
-            edge = on_edge(corner, point, f.place);
-        }
+        if (!over) { edge = on_edge(corner, point, f.place); }
         let distance = sqrt(dot(edge.arm, edge.arm));
         if (!cell_is_intact(other, cell)) {
             hole = min(hole, distance);
@@ -90,9 +80,7 @@ fn on_ridge(
     }
     // No node stands over the rim of a hole, which is as near to the hole as to its neighbour.
     nearest.over = nearest.over && hole - touching > nearest.gap + slop;
-    if (!nearest.over) {
-        nearest.cell = start;
-    }
+    if (!nearest.over) { nearest.cell = start; }
     return nearest;
 }
 
@@ -113,9 +101,7 @@ fn touch_of(
         } else {
             foot = closest_on_planes(corner, point, area, edge);
         }
-        if (!foot.sound) {
-            break;
-        }
+        if (!foot.sound) { break; }
         if (is_over(foot.place, cell, o.rows, o.columns, cut_sides(other))) {
             return Touch(cell, foot.place, foot.normal * direction, direction * foot.height - touching, true);
         }
@@ -124,15 +110,11 @@ fn touch_of(
             if (left[i] == element_at(other, next)) {
                 // Cells send the point to each other: it is beyond the ridge between them. On a mirror plane the image of the place
                 // nearest to it is as near.
-                if (any(edge != vec2<u32>(0u))) {
-                    return found;
-                }
+                if (any(edge != vec2<u32>(0u))) { return found; }
                 return on_ridge(other, cell, foot.place, point, direction, touching, slop);
             }
         }
-        if (all(next == cell) || walk == WALK) {
-            break;
-        }
+        if (all(next == cell) || walk == WALK) { break; }
         left[walk] = element_at(other, cell);
         found.cell = next;
         corner = cell_at(other, next);
@@ -153,42 +135,28 @@ fn look(ply: u32, node: u32, place: vec2<u32>, side: u32) -> bool {
     let slop = SLOP * front.thickness;
     let corner = cell_at(other, cell);
     if (is_apart(corner, point, direction, front.touching - slop, cell_area(other, cell))) {
-        if (was_inside) {
-            over[at] &= ~PENETRATING;
-        }
+        if (was_inside) { over[at] &= ~PENETRATING; }
         return false;
     }
     let touch = touch_of(other, cell, corner, point, direction, front.touching, slop, planes_at(ply, place, other));
     over[at] = touch.cell.x * o.columns + touch.cell.y;
-    if (!touch.over || touch.gap >= -slop) {
-        return false;
-    }
-    if (!cell_is_intact(other, touch.cell) || !is_intact(node, place)) {
-        return false;
-    }
+    if (!touch.over || touch.gap >= -slop) { return false; }
+    if (!cell_is_intact(other, touch.cell) || !is_intact(node, place)) { return false; }
     let weights = weights_at(touch.place);
     let around = cell_corners(other, touch.cell);
     var velocity = ply_velocity(ply, node);
-    for (var i = 0u; i < 4u; i++) {
-        velocity -= ply_velocity(other, around[i]) * weights[i];
-    }
+    for (var i = 0u; i < 4u; i++) { velocity -= ply_velocity(other, around[i]) * weights[i]; }
     let along = dot(velocity, touch.normal_impulse);
     let gap = touch.gap - along * scene.dt;
-    if (!was_inside && gap < -MAX_INITIAL_PENETRATION * front.thickness) {
-        return false;
-    }
+    if (!was_inside && gap < -MAX_INITIAL_PENETRATION * front.thickness) { return false; }
     over[at] |= PENETRATING;
     let limit = ply_closing_limit(gap);
     let recovery = recovery_speed(gap, front.thickness, along);
     let depth = bitcast<u32>(max(-gap, 0.0));
     // Torn edges stick into each other: only whole fabric counts.
     let whole = (flags[element_at(other, touch.cell)] & 3u) == o.present && is_whole(node, place);
-    if (whole && depth > atomicLoad(&status[counter(PLY_DEPTH)])) {
-        atomicMax(&status[counter(PLY_DEPTH)], depth);
-    }
-    if (!(along < limit || recovery > 0.0)) {
-        return false;
-    }
+    if (whole && depth > atomicLoad(&status[counter(PLY_DEPTH)])) { atomicMax(&status[counter(PLY_DEPTH)], depth); }
+    if (!(along < limit || recovery > 0.0)) { return false; }
     contacts[at] = Contact(vec4<f32>(touch.normal_impulse, limit), vec4<f32>(touch.place, recovery, 1.0));
     atomicAdd(&shares[node], u32(SHARE_UNIT));
     let part = SHARE_UNIT * part_of(ply, place);
@@ -196,40 +164,26 @@ fn look(ply: u32, node: u32, place: vec2<u32>, side: u32) -> bool {
         // Rounded up: a corner that gets any impulse must have a share, or it would not take it. One on a mirror plane has the
         // images of contacts that come from one side of it.
         let share = u32(ceil(weights[i] * part / part_of(other, node_place(around[i]))));
-        if (share > 0u) {
-            atomicAdd(&shares[around[i]], share);
-        }
+        if (share > 0u) { atomicAdd(&shares[around[i]], share); }
     }
     return true;
 }
 
 @compute @workgroup_size(64)
-fn ply_search(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    shot = shots[group.z];
-    let number = invocation(group, groups, local);
-    if (number >= scene.shot_nodes || step.index > atomicLoad(&status[counter(BAD_STEP)])) {
-        return;
-    }
+fn ply_search(id: Invocation) {
+    shot = shots[id.group.z];
+    let number = invocation_number(id);
+    if (number >= scene.shot_nodes || step.index > atomicLoad(&status[counter(BAD_STEP)])) { return; }
     let node = first_node() + number;
     let ply = node_ply(node);
     let place = node_place(node);
-    if (!is_node(ply, place)) {
-        return;
-    }
+    if (!is_node(ply, place)) { return; }
     let moving = in_reach(reach_of(ply), place);
     for (var side = 0u; side < 2u; side++) {
         let other = neighbour(ply, side);
         var found = false;
-        if (other != NO_PLY && (moving || sees(ply, place, other))) {
-            found = look(ply, node, place, side);
-        }
+        if (other != NO_PLY && (moving || sees(ply, place, other))) { found = look(ply, node, place, side); }
         let at = side * scene.nodes + node;
-        if (!found && contacts[at].foot.w != 0.0) {
-            contacts[at].foot.w = 0.0;
-        }
+        if (!found && contacts[at].foot.w != 0.0) { contacts[at].foot.w = 0.0; }
     }
 }

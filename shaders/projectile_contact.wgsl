@@ -46,9 +46,7 @@ fn part_of_touch(t: u32) -> f32 {
 }
 
 /// Whether a point of the rim lies on an edge that ends at the node of a point.
-fn is_constrained(p: u32) -> bool {
-    return RIM && points[point_number(p)].constrained != 0u;
-}
+fn is_constrained(p: u32) -> bool { return EDGES && points[point_number(p)].constrained != 0u; }
 
 fn through_edges(p: u32) -> Through {
     var sum: Through;
@@ -57,9 +55,7 @@ fn through_edges(p: u32) -> Through {
         var start = p;
         if (edge == 1u) { start = points[point_number(p)].left; }
         if (edge == 2u) { start = points[point_number(p)].below; }
-        if (start == NONE) {
-            continue;
-        }
+        if (start == NONE) { continue; }
         let right = points[point_number(start)].to_right;
         let first = points[point_number(start)].first;
         let past = first + right + select(points[point_number(start)].to_above, 0u, edge == 1u);
@@ -84,9 +80,7 @@ fn propagate(local: u32) {
         let constrained = is_constrained(p);
         if (constrained || touches[touch_number(p)].state != AWAY) {
             var through: Through;
-            if (constrained) {
-                through = through_edges(p);
-            }
+            if (constrained) { through = through_edges(p); }
             let drag = touches[touch_number(p)].friction_impulse;
             let relative = points[point_number(p)].relative.xyz;
             let inverse = points[point_number(p)].inverse.xyz;
@@ -122,24 +116,20 @@ fn slip_of(t: u32) -> vec3<f32> {
 /// One solve for the body's motion with what pushes attached, and the impulses. `count`: touches that share nodes; `same`: whether those
 /// that push are those of the last solve, so that friction alone has changed.
 fn common_velocity(count: u32, same: bool, local: u32) {
-    if (RIM) {
+    if (EDGES) {
         // Masses of points are those of all.
         storageBarrier();
     }
     for (var t = local; t < extent.y; t += WIDTH) {
         if (touches[touch_number(t)].state == PUSHING) {
-            if (!same) {
-                fill(t);
-            }
+            if (!same) { fill(t); }
             ask(t);
         }
     }
-    if (RIM) {
+    if (EDGES) {
         storageBarrier();
         for (var m = local; m < count; m += WIDTH) {
-            if (leads(m)) {
-                eliminate(m, end_of(m, count), same);
-            }
+            if (leads(m)) { eliminate(m, end_of(m, count), same); }
         }
         storageBarrier();
     }
@@ -147,12 +137,10 @@ fn common_velocity(count: u32, same: bool, local: u32) {
     for (var t = local; t < extent.y; t += WIDTH) {
         let drag = in_planes(touches[touch_number(t)].friction_impulse.xyz);
         let turn = about_planes(cross(touches[touch_number(t)].arm.xyz, touches[touch_number(t)].friction_impulse.xyz) / scene.body_bounding_radius);
-        part[21] -= drag.x;
-        part[22] -= drag.y;
-        part[23] -= drag.z;
-        part[24] -= turn.x;
-        part[25] -= turn.y;
-        part[26] -= turn.z;
+        for (var a = 0u; a < 3u; a++) {
+            part[21u + a] -= drag[a];
+            part[24u + a] -= turn[a];
+        }
         if (touches[touch_number(t)].state == PUSHING) {
             let weight = 1.0 / squared(touches[touch_number(t)].root);
             let moved = touches[touch_number(t)].moved;
@@ -160,16 +148,12 @@ fn common_velocity(count: u32, same: bool, local: u32) {
             let g = array<f32, 6>(moved.x, moved.y, moved.z, turned.x, turned.y, turned.z);
             for (var i = 0u; i < 6u; i++) {
                 part[21u + i] += weight * g[i] * turned.w;
-                for (var j = 0u; j <= i; j++) {
-                    part[i * (i + 1u) / 2u + j] += weight * g[i] * g[j];
-                }
+                for (var j = 0u; j <= i; j++) { part[i * (i + 1u) / 2u + j] += weight * g[i] * g[j]; }
             }
         }
     }
     reduce(&part, 27u, local);
-    if (local == 0u && scene.body_prescribed == 0u) {
-        solve_motion();
-    }
+    if (local == 0u && scene.body_prescribed == 0u) { solve_motion(); }
     workgroupBarrier();
     push_back(count, local);
 }
@@ -222,9 +206,7 @@ fn update_friction(local: u32) -> bool {
     var changed = false;
     for (var t = local; t < extent.y; t += WIDTH) {
         let old = touches[touch_number(t)].friction_impulse;
-        if (touches[touch_number(t)].state != PUSHING || old.w <= 0.0) {
-            continue;
-        }
+        if (touches[touch_number(t)].state != PUSHING || old.w <= 0.0) { continue; }
         let normal = touches[touch_number(t)].normal.xyz;
         let slip = slip_of(t);
         let slide = slip - normal * dot(slip, normal);
@@ -247,16 +229,12 @@ fn solve(local: u32) {
     var shared_out = false;
     var same = false;
     var count = 0u;
-    if (RIM) {
-        count = list_members(local);
-    }
+    if (EDGES) { count = list_members(local); }
     loop {
         propagate(local);
         if (!solved) {
             if (!shared_out) {
-                for (var t = extent.x + local; t < extent.y; t += WIDTH) {
-                    share_mass(t);
-                }
+                for (var t = extent.x + local; t < extent.y; t += WIDTH) { share_mass(t); }
             }
             common_velocity(count, same, local);
             solved = true;
@@ -268,12 +246,8 @@ fn solve(local: u32) {
             same = false;
             change++;
         } else {
-            if (!FRICTION || sweep >= FRICTION_SWEEPS) {
-                break;
-            }
-            if (!update_friction(local)) {
-                break;
-            }
+            if (!FRICTION || sweep >= FRICTION_SWEEPS) { break; }
+            if (!update_friction(local)) { break; }
             sweep++;
             change = 0u;
             solved = false;
@@ -290,25 +264,19 @@ fn account(local: u32) {
     for (var p = local; p < extent.x; p += WIDTH) {
         let drag = touches[touch_number(p)].friction_impulse;
         let carried = points[point_number(p)].edge_impulse.xyz;
-        if (drag.w <= 0.0 && !is_constrained(p)) {
-            continue;
-        }
+        if (drag.w <= 0.0 && !is_constrained(p)) { continue; }
         let node = points[point_number(p)].node;
         let ply = node_ply(node);
         let place = node_place(node);
         let inverse = points[point_number(p)].inverse.xyz;
         let force = to_pack(ply, gather(node, place));
         points[point_number(p)].free = vec4<f32>(points[point_number(p)].relative.xyz - inverse * force * step.kick, 0.0);
-        if (drag.w <= 0.0 && all(carried == vec3<f32>(0.0))) {
-            continue;
-        }
+        if (drag.w <= 0.0 && all(carried == vec3<f32>(0.0))) { continue; }
         let impulse = touches[touch_number(p)].normal.xyz * drag.w + drag.xyz + carried;
         let fixed = inverse <= vec3<f32>(0.0);
         // The drive is the support of a driven body; what goes into held nodes never reaches the fabric.
         let support = select(select(vec3<f32>(0.0), -impulse, fixed), select(impulse, vec3<f32>(0.0), fixed), prescribed);
-        part[9] += support.x;
-        part[10] += support.y;
-        part[11] += support.z;
+        for (var a = 0u; a < 3u; a++) { part[9u + a] += support[a]; }
         let change = to_ply(ply, inverse * impulse);
         touch(ply, place);
         for (var a = 0u; a < 3u; a++) {
@@ -319,9 +287,7 @@ fn account(local: u32) {
     storageBarrier();
     for (var t = local; t < extent.y; t += WIDTH) {
         let drag = touches[touch_number(t)].friction_impulse;
-        if (drag.w <= 0.0) {
-            continue;
-        }
+        if (drag.w <= 0.0) { continue; }
         let ends = touches[touch_number(t)].ends;
         let normal = touches[touch_number(t)].normal.xyz;
         let arm = touches[touch_number(t)].arm.xyz;
@@ -330,12 +296,10 @@ fn account(local: u32) {
         let impulse = normal * drag.w + drag.xyz;
         let turn = cross(arm, impulse);
         let surface = body.velocity.xyz + cross(body.turning.xyz, arm);
-        part[0] -= impulse.x;
-        part[1] -= impulse.y;
-        part[2] -= impulse.z;
-        part[3] -= turn.x;
-        part[4] -= turn.y;
-        part[5] -= turn.z;
+        for (var a = 0u; a < 3u; a++) {
+            part[a] -= impulse[a];
+            part[3u + a] -= turn[a];
+        }
         part[6] -= drag.w * dot(normal, mean);
         part[7] -= dot(drag.xyz, mean);
         part[8] += select(0.0, dot(impulse, surface), prescribed);
@@ -353,15 +317,11 @@ fn projectile_contact(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_in
         for (var i = 0u; i < 6u; i++) { motion[i] = 0.0; }
         for (var i = 0u; i < 27u; i++) { result[i] = 0.0; }
     }
-    if (workgroupUniformLoad(&verdict) == 0u) {
-        return;
-    }
+    if (workgroupUniformLoad(&verdict) == 0u) { return; }
     let met = workgroupUniformLoad(&extent).x > 0u;
     if (met) {
         solve(local);
         account(local);
     }
-    if (local == 0u) {
-        bodies[shot.number] = moved_body(body, met);
-    }
+    if (local == 0u) { bodies[shot.number] = moved_body(body, met); }
 }

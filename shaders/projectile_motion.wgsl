@@ -31,7 +31,7 @@ struct Point {
     block: u32,
 }
 
-/// Where the body may touch: a node, or a point of the rim on an edge. Those of the nodes come first; before them is one whose `ends` tell
+/// Point that the body may touch: a node, or a point of the rim on an edge. Those of the nodes come first; before them is one whose `ends` say
 /// how many are of nodes, and how many there are.
 struct Touch {
     /// Outward normal, and the gap [m].
@@ -60,7 +60,7 @@ struct Touch {
     member: u32,
     begin: u32,
     entry: u32,
-    /// Where its row of the matrix begins.
+    /// First entry of its row of the matrix.
     row: u32,
 }
 
@@ -82,14 +82,10 @@ const HELD: f32 = 1e3;
 var<workgroup> motion: array<f32, 6>;
 
 /// Relative normal velocity below which a node enters the body within the step: what closes its gap exactly.
-fn closing_limit(gap: f32) -> f32 {
-    return -max(gap, 0.0) / scene.dt;
-}
+fn closing_limit(gap: f32) -> f32 { return -max(gap, 0.0) / scene.dt; }
 
 /// Inertia met along a normal [kg], of what a unit impulse moves at `along` [1/kg].
-fn inertia_along(along: f32, mass: f32) -> f32 {
-    return 1.0 / max(along, 1.0 / (HELD * max(scene.body_mass, mass)));
-}
+fn inertia_along(along: f32, mass: f32) -> f32 { return 1.0 / max(along, 1.0 / (HELD * max(scene.body_mass, mass))); }
 
 /// Velocity of the body, or impulse on it, without the directions that mirror planes hold.
 fn in_planes(v: vec3<f32>) -> vec3<f32> {
@@ -105,9 +101,7 @@ fn about_planes(v: vec3<f32>) -> vec3<f32> {
 fn direction_of(along: vec3<f32>, arm: vec3<f32>) -> array<f32, 6> {
     let normal = in_planes(along);
     var turn = vec3<f32>(0.0);
-    if (ROTATION) {
-        turn = about_planes(cross(arm, along) / scene.body_bounding_radius);
-    }
+    if (ROTATION) { turn = about_planes(cross(arm, along) / scene.body_bounding_radius); }
     return array<f32, 6>(normal.x, normal.y, normal.z, turn.x, turn.y, turn.z);
 }
 
@@ -153,9 +147,7 @@ fn solve_motion() {
         for (var j = 0u; j <= i; j++) {
             let column = j * (j + 1u) / 2u;
             var sum = a[row + j];
-            for (var k = 0u; k < j; k++) {
-                sum -= a[row + k] * a[column + k];
-            }
+            for (var k = 0u; k < j; k++) { sum -= a[row + k] * a[column + k]; }
             if (i == j) {
                 sound = sound && sum > 0.0;
                 a[row + j] = sqrt(max(sum, 1e-30));
@@ -227,9 +219,7 @@ fn reduce(part: ptr<function, array<f32, 27>>, count: u32, local: u32) {
     }
     if (local < count) {
         var sum = 0.0;
-        for (var i = 0u; i < LANES; i++) {
-            sum += sums[local * 65u + i];
-        }
+        for (var i = 0u; i < LANES; i++) { sum += sums[local * 65u + i]; }
         result[local] = sum;
     }
     workgroupBarrier();
@@ -237,17 +227,11 @@ fn reduce(part: ptr<function, array<f32, 27>>, count: u32, local: u32) {
 
 /// Vote of all invocations: whether it is yes for any.
 fn vote(yes: bool, local: u32) -> bool {
-    if (local == 0u) {
-        atomicStore(&ballot, 0u);
-    }
+    if (local == 0u) { atomicStore(&ballot, 0u); }
     workgroupBarrier();
-    if (yes) {
-        atomicStore(&ballot, 1u);
-    }
+    if (yes) { atomicStore(&ballot, 1u); }
     workgroupBarrier();
-    if (local == 0u) {
-        verdict = atomicLoad(&ballot);
-    }
+    if (local == 0u) { verdict = atomicLoad(&ballot); }
     return workgroupUniformLoad(&verdict) != 0u;
 }
 
@@ -257,9 +241,7 @@ fn sum_up_to(number: u32, local: u32) -> u32 {
     workgroupBarrier();
     for (var reach = 1u; reach < WIDTH; reach *= 2u) {
         var sum = scan[local];
-        if (local >= reach) {
-            sum += scan[local - reach];
-        }
+        if (local >= reach) { sum += scan[local - reach]; }
         workgroupBarrier();
         scan[local] = sum;
         workgroupBarrier();

@@ -55,13 +55,11 @@ fn point_of(node: u32, count: u32) -> u32 {
             high = middle;
         }
     }
-    if (low < count) {
-        return select(NONE, low, points[point_number(low)].node == node);
-    }
+    if (low < count) { return select(NONE, low, points[point_number(low)].node == node); }
     return NONE;
 }
 
-/// Where a straight line crosses the cylinder through the rim of the face, as fractions of the way, ascending; -1 where it does not.
+/// Crossings of a straight line and the cylinder through the rim of the face, as fractions of the way, ascending; -1 where it does not.
 fn rim_crossings(start: vec2<f32>, end: vec2<f32>) -> vec2<f32> {
     let way = end - start;
     let square = dot(way, way);
@@ -69,9 +67,7 @@ fn rim_crossings(start: vec2<f32>, end: vec2<f32>) -> vec2<f32> {
     let radius = scene.profile[1].x;
     let size = sqrt(dot(start, start));
     let under = half * half - square * ((size - radius) * (size + radius));
-    if (under < 0.0 || square <= 0.0) {
-        return vec2<f32>(-1.0);
-    }
+    if (under < 0.0 || square <= 0.0) { return vec2<f32>(-1.0); }
     let root = sqrt(under);
     return vec2<f32>(-half - root, -half + root) / square;
 }
@@ -90,25 +86,17 @@ fn constraint_at(p: u32, slot: u32, count: u32) -> Touch {
     let place = node_place(node);
     let up = slot >= 2u;
     let next = place + select(vec2<u32>(0u, 1u), vec2<u32>(1u, 0u), up);
-    if (!is_node(ply, next) || !edge_is_intact(node, place, up)) {
-        return constraint;
-    }
+    if (!is_node(ply, next) || !edge_is_intact(node, place, up)) { return constraint; }
     let q = point_of(node_at(ply, next), count);
-    if (q == NONE) {
-        return constraint;
-    }
+    if (q == NONE) { return constraint; }
     let crossings = rim_crossings(points[point_number(p)].pressed.xy, points[point_number(q)].pressed.xy);
     let at = select(crossings.x, crossings.y, (slot & 1u) != 0u);
-    if (!(0.0 < at && at < 1.0)) {
-        return constraint;
-    }
+    if (!(0.0 < at && at < 1.0)) { return constraint; }
     let height = mix(points[point_number(p)].pressed.z, points[point_number(q)].pressed.z, at);
     let gap = height - (scene.profile[1].y + scene.profile_radius);
     let normal = rotate(body.orientation, vec3<f32>(0.0, 0.0, 1.0));
     let approach = dot(mix(points[point_number(p)].relative.xyz, points[point_number(q)].relative.xyz, at), normal);
-    if (gap < -scene.rim_depth || stays_away(gap, approach)) {
-        return constraint;
-    }
+    if (gap < -scene.rim_depth || stays_away(gap, approach)) { return constraint; }
     if (scene.body_prescribed != 0u && !is_free(p, normal) && !is_free(q, normal)) {
         return constraint; // both are held: neither can give way
     }
@@ -125,22 +113,16 @@ fn constraint_at(p: u32, slot: u32, count: u32) -> Touch {
 /// Lists the points of the rim, by the first of their nodes; gives their number.
 fn find_constraints(count: u32, local: u32) -> u32 {
     let room = scene.constraints * scene.plies;
-    if (local < 64u) {
-        atomicStore(&of_ply[local], 0u);
-    }
+    if (local < 64u) { atomicStore(&of_ply[local], 0u); }
     workgroupBarrier();
     var total = 0u;
     for (var base = 0u; base < 4u * count; base += WIDTH) {
         let p = (base + local) / 4u;
         var constraint: Touch;
-        if (p < count) {
-            constraint = constraint_at(p, local & 3u, count);
-        }
+        if (p < count) { constraint = constraint_at(p, local & 3u, count); }
         let there = u32(constraint.state != AWAY);
         let at = total + sum_up_to(there, local) - there;
-        if (there != 0u && at < room) {
-            touches[touch_number(count + at)] = constraint;
-        }
+        if (there != 0u && at < room) { touches[touch_number(count + at)] = constraint; }
         if (p < count && (local & 3u) == 0u) {
             let to_right = scan[local + 1u] + there - scan[local];
             let to_above = scan[local + 3u] - scan[local + 1u];
@@ -154,9 +136,7 @@ fn find_constraints(count: u32, local: u32) -> u32 {
     }
     // Where there is no room for those of a ply none is heeded: the run ends by its counter.
     let found = atomicLoad(&of_ply[min(local, scene.plies - 1u)]);
-    if (!vote(found > scene.constraints, local)) {
-        return total;
-    }
+    if (!vote(found > scene.constraints, local)) { return total; }
     atomicMax(&status[counter(OVERFLOW_EDGES)], found);
     for (var p = local; p < count; p += WIDTH) {
         points[point_number(p)].to_right = 0u;
@@ -171,18 +151,10 @@ fn link(p: u32, count: u32) {
     let place = node_place(node);
     var left = NONE;
     var below = NONE;
-    if (place.y > 0u && p > 0u) {
-        left = select(NONE, p - 1u, points[point_number(p - 1u)].node == node - 1u);
-    }
-    if (place.x > 0u) {
-        below = point_of(node - scene.columns - 1u, count);
-    }
-    if (left != NONE) {
-        left = select(NONE, left, points[point_number(left)].to_right > 0u);
-    }
-    if (below != NONE) {
-        below = select(NONE, below, points[point_number(below)].to_above > 0u);
-    }
+    if (place.y > 0u && p > 0u) { left = select(NONE, p - 1u, points[point_number(p - 1u)].node == node - 1u); }
+    if (place.x > 0u) { below = point_of(node - scene.columns - 1u, count); }
+    if (left != NONE) { left = select(NONE, left, points[point_number(left)].to_right > 0u); }
+    if (below != NONE) { below = select(NONE, below, points[point_number(below)].to_above > 0u); }
     points[point_number(p)].left = left;
     points[point_number(p)].below = below;
     points[point_number(p)].constrained = u32(points[point_number(p)].to_right + points[point_number(p)].to_above > 0u || left != NONE || below != NONE);
@@ -190,9 +162,7 @@ fn link(p: u32, count: u32) {
 
 /// Marks at every node the first of those that it is tied to.
 fn find_blocks(count: u32, local: u32) {
-    for (var p = local; p < count; p += WIDTH) {
-        points[point_number(p)].block = p;
-    }
+    for (var p = local; p < count; p += WIDTH) { points[point_number(p)].block = p; }
     storageBarrier();
     loop {
         for (var p = local; p < count; p += WIDTH) {
@@ -219,9 +189,7 @@ fn find_blocks(count: u32, local: u32) {
             points[point_number(p)].block = touches[touch_number(p)].row;
         }
         storageBarrier();
-        if (!vote(changed, local)) {
-            break;
-        }
+        if (!vote(changed, local)) { break; }
     }
 }
 
@@ -230,36 +198,26 @@ fn projectile_points(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_inv
     shot = shots[group.z];
     body = bodies[shot.number];
     let sound = step.index <= atomicLoad(&status[counter(BAD_STEP)]);
-    if (!vote(sound, local)) {
-        return;
-    }
+    if (!vote(sound, local)) { return; }
     grow_active_region(local);
     let found = collect(local);
-    if (local == 0u) {
-        verdict = found;
-    }
+    if (local == 0u) { verdict = found; }
     let count = workgroupUniformLoad(&verdict);
     var deepest = 0.0;
-    for (var p = local; p < count; p += WIDTH) {
-        deepest = max(deepest, take_in(p));
-    }
+    for (var p = local; p < count; p += WIDTH) { deepest = max(deepest, take_in(p)); }
     var number = 0u;
-    if (RIM) {
+    if (EDGES) {
         storageBarrier();
         number = find_constraints(count, local);
         storageBarrier();
-        for (var p = local; p < count; p += WIDTH) {
-            link(p, count);
-        }
+        for (var p = local; p < count; p += WIDTH) { link(p, count); }
         storageBarrier();
         find_blocks(count, local);
     }
     sums[local] = deepest;
     workgroupBarrier();
     if (local == 0u) {
-        for (var i = 0u; i < WIDTH; i++) {
-            deepest = max(deepest, sums[i]);
-        }
+        for (var i = 0u; i < WIDTH; i++) { deepest = max(deepest, sums[i]); }
         bodies[shot.number].energy.w = max(body.energy.w, deepest);
         touches[touch_head()].ends = vec2<u32>(count, count + number);
     }

@@ -57,9 +57,7 @@ fn arc_side(normal: vec2<f32>, edge: vec2<f32>, start: vec2<f32>) -> Side {
 /// Gap of a point given in the body's frame [m]: x, y across the axis, z along it from the tip of the nose.
 fn surface_distance(point: vec3<f32>) -> Gap {
     // What has a round rim is no chisel.
-    if (!RIM && scene.chisel != 0u) {
-        return chisel_gap(point);
-    }
+    if (!EDGES && scene.chisel != 0u) { return chisel_gap(point); }
     let rho = axis_distance(point);
     let s = point.z;
     var best = 1e30;
@@ -75,9 +73,7 @@ fn surface_distance(point: vec3<f32>) -> Gap {
         let edge = b.xy - a.xy;
         let start = vec2<f32>(rho, s) - a.xy;
         var side = straight_side(a.zw, edge, start);
-        if (i == 0u && 0.0 < scene.profile_arc) {
-            side = arc_side(a.zw, edge, start);
-        }
+        if (i == 0u && 0.0 < scene.profile_arc) { side = arc_side(a.zw, edge, start); }
         let square = dot(side.away, side.away);
         if (square < best) {
             best = square;
@@ -159,9 +155,7 @@ struct Nearest {
 /// Takes a candidate into account: `start` runs from it to the point.
 fn see(best: Nearest, there: bool, start: vec3<f32>) -> Nearest {
     let square = dot(start, start);
-    if (there && square < best.square) {
-        return Nearest(square, start);
-    }
+    if (there && square < best.square) { return Nearest(square, start); }
     return best;
 }
 
@@ -219,9 +213,7 @@ fn chisel_gap(point: vec3<f32>) -> Gap {
     if (0.0 < second) {
         let offset = outside_offset(radius, back - front, at, rho, over_flat);
         distance = sqrt(dot(offset, offset));
-        if (RESOLVED < distance) {
-            normal = offset / distance;
-        }
+        if (RESOLVED < distance) { normal = offset / distance; }
     }
     let turned = select(normal.xy, -normal.xy, point.xy < vec2<f32>(0.0));
     return Gap(distance - scene.profile_radius, vec3<f32>(turned, normal.z));

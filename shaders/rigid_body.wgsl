@@ -45,9 +45,7 @@ fn rotate(q: vec4<f32>, v: vec3<f32>) -> vec3<f32> {
 }
 
 /// World to body frame.
-fn rotate_back(q: vec4<f32>, v: vec3<f32>) -> vec3<f32> {
-    return rotate(vec4<f32>(-q.xyz, q.w), v);
-}
+fn rotate_back(q: vec4<f32>, v: vec3<f32>) -> vec3<f32> { return rotate(vec4<f32>(-q.xyz, q.w), v); }
 
 /// From the tip of the nose to a node [m]: the large parts are subtracted first.
 fn arm_of(coarse: vec4<i32>, fine: vec4<i32>, reference: vec3<f32>, displacement: vec3<f32>) -> vec3<f32> {
@@ -56,18 +54,12 @@ fn arm_of(coarse: vec4<i32>, fine: vec4<i32>, reference: vec3<f32>, displacement
 }
 
 /// From the centre of mass to the tip of the nose [m].
-fn nose_of(orientation: vec4<f32>) -> vec3<f32> {
-    return rotate(orientation, vec3<f32>(0.0, 0.0, scene.body_nose));
-}
+fn nose_of(orientation: vec4<f32>) -> vec3<f32> { return rotate(orientation, vec3<f32>(0.0, 0.0, scene.body_nose)); }
 
 /// Carries what is too much for `fine` over to `coarse`.
-fn carry(coarse: vec3<i32>, moved: vec3<i32>) -> vec4<i32> {
-    return vec4<i32>(coarse + (moved >> vec3<u32>(24u)), 0);
-}
+fn carry(coarse: vec3<i32>, moved: vec3<i32>) -> vec4<i32> { return vec4<i32>(coarse + (moved >> vec3<u32>(24u)), 0); }
 
-fn remain(moved: vec3<i32>) -> vec4<i32> {
-    return vec4<i32>(moved & vec3<i32>(0xffffff), 0);
-}
+fn remain(moved: vec3<i32>) -> vec4<i32> { return vec4<i32>(moved & vec3<i32>(0xffffff), 0); }
 
 fn angular_velocity(orientation: vec4<f32>, spin: vec3<f32>) -> vec3<f32> {
     let local = rotate_back(orientation, spin);

@@ -4,9 +4,7 @@
 /// Distance from 1 to the next larger number.
 const EPSILON: f32 = 1.1920929e-7;
 
-fn squared(x: f32) -> f32 {
-    return x * x;
-}
+fn squared(x: f32) -> f32 { return x * x; }
 
 /// 1/∛x of a positive number: two rounds of fourth order from the exponent's estimate.
 fn inverse_cube_root(x: f32) -> f32 {
@@ -19,6 +17,4 @@ fn inverse_cube_root(x: f32) -> f32 {
 }
 
 /// Whether a number is finite, by its exponent bits: comparisons with NaN may be folded away.
-fn finite(x: f32) -> bool {
-    return (bitcast<u32>(x) & 0x7f800000u) != 0x7f800000u;
-}
+fn finite(x: f32) -> bool { return (bitcast<u32>(x) & 0x7f800000u) != 0x7f800000u; }

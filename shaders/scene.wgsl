@@ -31,7 +31,7 @@ override LAW_ENERGY: bool = true;
 override PROJECTILE: bool = true;
 override FRICTION: bool = true;
 /// Whether the rim of its face is sampled where it crosses the edges of elements.
-override RIM: bool = true;
+override EDGES: bool = true;
 /// Whether the projectile may turn.
 override ROTATION: bool = true;
 /// Whether the step fills in the energies of the state.
@@ -58,7 +58,7 @@ struct Scene {
     shot_elements: u32,
     shot_nodes: u32,
     plies: u32,
-    /// Which ply type the constants below are of.
+    /// Ply type of the constants below.
     ply_type: u32,
     ply_friction: f32,
     // Unit cell; forces [N], lengths [m].
@@ -162,7 +162,7 @@ struct Scene {
 struct Step {
     /// Counted from 0.
     index: u32,
-    /// Where the energy balance writes this step.
+    /// Place where the energy balance writes this step.
     slot: u32,
     /// Steps since the last sample.
     since: u32,
@@ -203,7 +203,12 @@ const STATUS_WORDS: u32 = 12u;
 /// See `Line`. A texture: kernels already bind the eight storage buffers that every device has.
 @group(0) @binding(3) var grid_lines: texture_2d<f32>;
 
-/// Number of an invocation among those of its shot, in a dispatch that may spread over two dimensions.
-fn invocation(group: vec3<u32>, groups: vec3<u32>, local: u32) -> u32 {
-    return (group.y * groups.x + group.x) * GROUP + local;
+/// Place of an invocation in a dispatch, which may spread over two dimensions; the third counts shots.
+struct Invocation {
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
 }
+
+/// Number of an invocation among those of its shot.
+fn invocation_number(id: Invocation) -> u32 { return (id.group.y * id.groups.x + id.group.x) * GROUP + id.local; }

@@ -25,23 +25,15 @@ struct Shot {
 /// The one at hand; every kernel takes it from `shots` first.
 var<private> shot: Shot;
 
-fn first_node() -> u32 {
-    return shot.number * scene.shot_nodes;
-}
+fn first_node() -> u32 { return shot.number * scene.shot_nodes; }
 
-fn first_element() -> u32 {
-    return shot.number * scene.shot_elements;
-}
+fn first_element() -> u32 { return shot.number * scene.shot_elements; }
 
 /// A ply of the shot among those of all shots.
-fn ply_number(ply: u32) -> u32 {
-    return shot.number * scene.plies + ply;
-}
+fn ply_number(ply: u32) -> u32 { return shot.number * scene.plies + ply; }
 
 /// Place of a word of the shot in `status`.
-fn counter(word: u32) -> u32 {
-    return shot.number * (STATUS_WORDS + 4u * scene.plies) + word;
-}
+fn counter(word: u32) -> u32 { return shot.number * (STATUS_WORDS + 4u * scene.plies) + word; }
 
 /// Words of a bit for every node of a shot, and of a bit for every such word.
 fn mark_words() -> vec2<u32> {
@@ -56,26 +48,16 @@ fn mark_word(word: u32) -> u32 {
 }
 
 /// Place of a point of the shot in `points`.
-fn point_number(point: u32) -> u32 {
-    return shot.number * scene.points + point;
-}
+fn point_number(point: u32) -> u32 { return shot.number * scene.points + point; }
 
 /// Place in `touches` of what says how many the shot has; they follow.
-fn touch_head() -> u32 {
-    return shot.number * (scene.points + scene.plies * scene.constraints + 1u);
-}
+fn touch_head() -> u32 { return shot.number * (scene.points + scene.plies * scene.constraints + 1u); }
 
 /// Place of a touch of the shot in `touches`.
-fn touch_number(at: u32) -> u32 {
-    return touch_head() + 1u + at;
-}
+fn touch_number(at: u32) -> u32 { return touch_head() + 1u + at; }
 
 /// Place of a member of the shot in `members`: three for each point of the rim that a ply has room for.
-fn member_number(member: u32) -> u32 {
-    return shot.number * (2u * scene.plies * 3u * scene.constraints) + member;
-}
+fn member_number(member: u32) -> u32 { return shot.number * (2u * scene.plies * 3u * scene.constraints) + member; }
 
 /// Place of the block of a member there, while members are sorted.
-fn block_number(member: u32) -> u32 {
-    return member_number(scene.plies * 3u * scene.constraints + member);
-}
+fn block_number(member: u32) -> u32 { return member_number(scene.plies * 3u * scene.constraints + member); }

@@ -6,12 +6,8 @@ fn rim_index(ply: u32, place: vec2<u32>) -> u32 {
     let across = scene.columns + 1u;
     let along = scene.rows + 1u;
     let first = ply_number(ply) * 2u * (across + along);
-    if (place.x == 0u) {
-        return first + place.y;
-    }
-    if (place.x == plies[ply].rows) {
-        return first + across + place.y;
-    }
+    if (place.x == 0u) { return first + place.y; }
+    if (place.x == plies[ply].rows) { return first + across + place.y; }
     return first + 2u * across + select(along, 0u, place.y == 0u) + place.x;
 }
 
@@ -19,7 +15,5 @@ fn rim_index(ply: u32, place: vec2<u32>) -> u32 {
 fn add_support(ply: u32, place: vec2<u32>, impulse: vec3<f32>) {
     let at = 3u * rim_index(ply, place);
     let turned = to_pack(ply, impulse);
-    supports[at] += turned.x;
-    supports[at + 1u] += turned.y;
-    supports[at + 2u] += turned.z;
+    for (var a = 0u; a < 3u; a++) { supports[at + a] += turned[a]; }
 }

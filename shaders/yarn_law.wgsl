@@ -26,9 +26,7 @@ fn yarn(i: u32) -> Yarn {
 }
 
 /// Tension at a strain [N] (17): a yarn carries no compression.
-fn tension_at(y: Yarn, strain: f32) -> f32 {
-    return y.stiffness * max(strain, 0.0);
-}
+fn tension_at(y: Yarn, strain: f32) -> f32 { return y.stiffness * max(strain, 0.0); }
 
 struct YarnResponse {
     strain: f32,
@@ -47,9 +45,7 @@ fn raised(r: YarnResponse, rise: f32) -> YarnResponse {
 }
 
 /// The contact force without its continuation.
-fn real_force(r: YarnResponse) -> f32 {
-    return select(0.0, r.force, 0.0 < r.strain);
-}
+fn real_force(r: YarnResponse) -> f32 { return select(0.0, r.force, 0.0 < r.strain); }
 
 struct Sinusoid {
     arc: ArcLength,
@@ -99,9 +95,7 @@ fn yarn_response(y: Yarn, stretch: f32, h: f32) -> YarnResponse {
 
 /// In-plane force over tension.
 fn in_plane_factor(y: Yarn, stretch: f32, h: f32) -> f32 {
-    if (!VARIATIONAL) {
-        return 1.0;
-    }
+    if (!VARIATIONAL) { return 1.0; }
     let s = sinusoid(y, stretch, h);
     return 1.0 + s.arc.excess - s.k * s.arc.slope;
 }

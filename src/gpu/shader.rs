@@ -161,7 +161,7 @@ pub fn constants(features: &Features, sampled: bool) -> [(&'static str, f64); 20
         ("LAW_ENERGY", flag(features.law_energy)),
         ("PROJECTILE", flag(features.projectile)),
         ("FRICTION", flag(features.friction)),
-        ("RIM", flag(features.edges)),
+        ("EDGES", flag(features.edges)),
         ("ROTATION", flag(features.rotation)),
         ("SAMPLED", flag(sampled)),
         ("PLIES", flag(features.plies)),

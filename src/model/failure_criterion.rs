@@ -113,7 +113,7 @@ impl StencilRadius {
     }
 }
 
-/// CommandFailure strains of elements over the fabric's, of the whole pack.
+/// Failure strains of elements over the fabric's, of the whole pack.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Strength {
     /// Shape (plies·rows, 2, columns): warp and weft of a row of elements one after the other \[-\].
@@ -213,7 +213,7 @@ impl<'a> YarnLayout<'a> {
     }
 }
 
-/// Where strengths are drawn from.
+/// Source of the strengths.
 #[derive(Clone, Copy, Debug)]
 struct Draws {
     seed: u32,

@@ -16,36 +16,6 @@ fn windows(part: bool, sets: &[&str]) -> [Windows; 2] {
 }
 
 #[test]
-fn yarns_are_counted_from_the_hit_wherever_it_is() {
-    let mesh = ["/pack/elements_per_crossover=2", "/pack/mesh_grading={\"fine_radius_mm\": 11}"];
-    let aimed = windows(false, &mesh);
-    for offset in ["[0.3, 0]", "[0.635, 0]", "[1.0, 0]"] {
-        let offset = format!("/projectile/offset_mm={offset}");
-        let shifted = windows(false, &[&mesh[..], &[&offset]].concat());
-        // Around the hit the wefts, beside each other along warp, have the same elements.
-        let of = |windows: &[Windows; 2]| {
-            let wefts = &windows[1];
-            let narrow = wefts.yarns().filter(|yarn| yarn.length.iter().all(|width| (width - 1.0).abs() < 1e-6));
-            narrow.map(|yarn| yarn.length.len()).collect::<Vec<_>>()
-        };
-        let (aimed, shifted) = (of(&aimed), of(&shifted));
-        assert!(aimed.len() > 10 && aimed.iter().all(|elements| *elements == 2), "{aimed:?}");
-        assert!(shifted.len() > 10 && shifted.iter().all(|elements| *elements == 2), "{offset}: {shifted:?}");
-    }
-}
-
-#[test]
-fn a_yarn_is_as_broad_as_crossovers_across_it_are_apart() {
-    let ply_type = ply_type(false, &["/fabric/warp/count_per_inch=20", "/fabric/weft/count_per_inch=10"]);
-    let breadth = breadth(&ply_type.mesh, &ply_type.cell);
-    // Warp yarns lie beside each other along weft, where the weft crosses them.
-    let found = [breadth[0] * ply_type.mesh.length[1], breadth[1] * ply_type.mesh.length[0]];
-    for (found, spacing) in found.into_iter().zip([25.4e-3 / 10.0, 25.4e-3 / 20.0]) {
-        assert!((found / spacing - 1.0).abs() < 1e-12, "{found} instead of {spacing}");
-    }
-}
-
-#[test]
 fn what_breaks_together_lies_within_half_the_failure_length() {
     let mesh =
         ["/pack/elements_per_crossover=4", "/pack/mesh_grading={\"fine_radius_mm\": 3}", "/solver/failure_length_mm=2"];
@@ -94,13 +64,6 @@ fn a_part_of_a_ply_has_the_yarns_of_the_whole() {
 fn model(sets: &[&str]) -> Model<f64> {
     let case = case::shipped(&[&["/expect=[]", "/pack/width_mm=60", "/pack/height_mm=60"], sets].concat());
     Model::part(&case).unwrap_or_else(|error| unreachable!("{error}"))
-}
-
-#[test]
-fn nothing_varies_in_a_nominal_case() {
-    let nominal = model(&["/variability/yarn_strength={\"shape\": 9, \"gauge_length_mm\": 50}"]);
-    assert!(nominal.strength.is_none());
-    assert_eq!(nominal.planes.copies(), 4);
 }
 
 /// Minimum over a yarn of its elements, over many shots, against the closed form: the chain rule.

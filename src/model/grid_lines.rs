@@ -5,7 +5,7 @@ use std::ops::Range;
 /// Difference of places that rounding makes [-].
 pub(super) const SAME: f64 = 1e-9;
 
-/// Where lines of nodes cross an axis of a ply.
+/// Lines of nodes across an axis of a ply.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Lines {
     /// Place of each line, counted in finest elements from the first line; at least two.

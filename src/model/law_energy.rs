@@ -39,9 +39,9 @@ pub struct LawEnergy {
 }
 
 impl LawEnergy {
-    /// The table of a cell; `None` where the law is the slope of an energy, or a yarn is absent.
-    pub fn new(law: Law, cell: &UnitCellParameters<f64>) -> Option<Self> {
-        if law != Law::Published || cell.height_sum <= 0.0 || cell.yarn.iter().any(|yarn| yarn.stiffness <= 0.0) {
+    /// Table of a cell with the published law; `None` where a yarn is absent.
+    pub fn new(cell: &UnitCellParameters<f64>) -> Option<Self> {
+        if cell.height_sum <= 0.0 || cell.yarn.iter().any(|yarn| yarn.stiffness <= 0.0) {
             return None;
         }
         let range = cell.yarn.map(|yarn| {
@@ -113,29 +113,24 @@ fn law_share<L: LawKernel>(cell: &UnitCellParameters<f64>, stretch: [f64; 2]) ->
 /// Tables that are kept, of 13 kB each: a layup of several fabrics has one for each.
 const KEPT: usize = 16;
 
-/// A table, and what it is of.
-#[derive(Debug)]
-struct Entry {
-    law: Law,
-    cell: UnitCellParameters<f64>,
-    table: Arc<LawEnergy>,
-}
+/// Cells and their tables, the last one first.
+static LAST: Mutex<VecDeque<(UnitCellParameters<f64>, Arc<LawEnergy>)>> = Mutex::new(VecDeque::new());
 
-/// The last one first.
-static LAST: Mutex<VecDeque<Entry>> = Mutex::new(VecDeque::new());
-
-/// The table of a cell; `None` where the law is the slope of an energy, or a yarn is absent.
+/// Table of a cell; `None` where the law is the slope of an energy, or a yarn is absent.
 pub(super) fn table_of(law: Law, cell: &UnitCellParameters<f64>) -> Option<Arc<LawEnergy>> {
+    if law != Law::Published {
+        return None;
+    }
     let entries = || LAST.lock().unwrap_or_else(PoisonError::into_inner);
-    let known = entries().iter().find(|entry| entry.law == law && entry.cell == *cell).map(|entry| entry.table.clone());
+    let known = entries().iter().find(|(of, _)| of == cell).map(|(_, table)| table.clone());
     if known.is_some() {
         return known;
     }
     // Unlocked, for others to build theirs at the same time.
-    let table = Arc::new(LawEnergy::new(law, cell)?);
+    let table = Arc::new(LawEnergy::new(cell)?);
     let mut entries = entries();
     entries.truncate(KEPT - 1);
-    entries.push_front(Entry { law, cell: *cell, table: table.clone() });
+    entries.push_front((*cell, table.clone()));
     Some(table)
 }
 

@@ -9,7 +9,7 @@ fn cell() -> UnitCellParameters<f64> {
 #[test]
 fn a_law_that_is_a_slope_has_none_and_the_published_one_has() {
     let cell = cell();
-    assert!(LawEnergy::new(Law::Variational, &cell).is_none());
+    assert!(table_of(Law::Variational, &cell).is_none());
     for stretch in [[0.01, 0.0], [0.02, 0.02], [0.04, 0.01]] {
         let conserved = law_share::<Variational>(&cell, stretch).abs();
         let published = law_share::<Published>(&cell, stretch).abs();
@@ -20,21 +20,13 @@ fn a_law_that_is_a_slope_has_none_and_the_published_one_has() {
 #[test]
 fn the_table_is_what_it_tabulates() {
     let cell = cell();
-    let Some(table) = LawEnergy::new(Law::Published, &cell) else { unreachable!("the published law has a table") };
+    let Some(table) = LawEnergy::new(&cell) else { unreachable!("the published law has a table") };
     for stretch in [[0.004, 0.003], [0.011, 0.002], [0.013, 0.017], [0.03, 0.012], [0.05, -0.01]] {
         let exact = law_share::<Published>(&cell, stretch);
         assert!((table.at(stretch) - exact).abs() < 0.02, "{stretch:?}: {} {exact}", table.at(stretch));
     }
     // Slack, and beyond the table: what is nearest.
     assert!(table.at([-0.2, -0.2]) == 0.0 && table.at([9.0, 9.0]).abs() <= 1.0);
-}
-
-#[test]
-fn every_lane_has_the_share_of_its_own_stretches() {
-    let values = (0..COUNT * COUNT).map(|at| 1.0 + at as f64).collect();
-    let table = LawEnergy { low: [0.0; 2], per_stretch: [1.0; 2], values };
-    assert_eq!(table.shares(&[2.0, 3.0]), 1.0 + (2 * COUNT + 3) as f64);
-    assert_eq!(table.shares(&[0.5, 0.25]), 1.0 + 0.5 * COUNT as f64 + 0.25);
 }
 
 #[test]
@@ -60,33 +52,6 @@ fn a_share_is_what_small_steps_on_the_way_miss() {
     assert_eq!(law_share::<Published>(&cell, [-0.01, 0.0]), 0.0);
 }
 
-#[test]
-fn a_table_reaches_from_where_a_yarn_is_slack_at_any_height_to_where_it_breaks() {
-    for failure_strain in [0.035, 1e30] {
-        let mut cell = cell();
-        (cell.yarn[0].failure_strain, cell.yarn[1].stiffness) = (failure_strain, 3e3);
-        let Some(table) = LawEnergy::new(Law::Published, &cell) else { unreachable!("the published law has a table") };
-        for i in 0..2 {
-            let yarn = &cell.yarn[i];
-            let slack = Published::yarn(yarn, table.low[i], cell.height_sum).strain;
-            assert!(slack.abs() < 5e-3, "{i}: {slack}");
-            let high = table.low[i] + (COUNT - 1) as f64 / table.per_stretch[i];
-            let limit = if yarn.failure_strain < 1.0 { yarn.failure_strain } else { NO_FAILURE };
-            assert!((yarn.straight(high) - limit).abs() < 1e-12, "{i}: {high}");
-        }
-        // A place of the table, by its row of the warp and its column of the weft.
-        let at = [25.0, 31.0];
-        let stretch = [0, 1].map(|i: usize| table.low[i] + at[i] / table.per_stretch[i]);
-        assert!((table.at(stretch) - law_share::<Published>(&cell, stretch)).abs() < 1e-9);
-        assert!(table.at(stretch).abs() > 1e-4);
-    }
-    let mut absent = cell();
-    absent.yarn[1].stiffness = 0.0;
-    assert!(LawEnergy::new(Law::Published, &absent).is_none());
-    let apart = UnitCellParameters { height_sum: 0.0, ..cell() };
-    assert!(LawEnergy::new(Law::Published, &apart).is_none());
-}
-
 fn cell_of(set: &str) -> UnitCellParameters<f64> {
     UnitCellParameters::new(&case::shipped(&[set]).fabric)
 }
@@ -98,7 +63,7 @@ fn models_share_the_table_of_their_cell_and_no_other() {
         let cell = cell_of(set);
         let [first, again] = [table_of(law, &cell), table_of(law, &cell)];
         assert!(first.as_ref().zip(again.as_ref()).is_some_and(|(first, again)| Arc::ptr_eq(first, again)), "{set}");
-        assert_eq!(first.as_deref(), LawEnergy::new(law, &cell).as_ref(), "{set}");
+        assert_eq!(first.as_deref(), LawEnergy::new(&cell).as_ref(), "{set}");
     }
     assert!(table_of(Law::Variational, &cell_of("/fabric/warp/crimp=0.02")).is_none());
 }

@@ -25,7 +25,7 @@ pub struct Mesh {
     pub centre: [f64; 2],
     /// Cosine and sine of the angle from the pack's X axis to the warp.
     pub rotation: [f64; 2],
-    /// Where mirror planes cut the ply along its X and Y; the mesh is what is left of it.
+    /// Cuts of mirror planes through the ply along its X and Y; the mesh is what is left of it.
     pub cut: [Cut; 2],
 }
 
@@ -199,7 +199,7 @@ impl Mesh {
         self.extent().into_iter().product()
     }
 
-    /// Where the lines in the middle of the finest elements cross, in the ply's axes, or the mirror planes through there [m].
+    /// Crossing of the lines in the middle of the finest elements, in the ply's axes, or the mirror planes through there [m].
     pub(crate) fn middle_of_finest(&self) -> [f64; 2] {
         let [column, row] = [0, 1].map(|axis| self.lines[axis].middle_of_finest());
         let place = self.reference(row, column);

@@ -23,7 +23,7 @@ use mesh::Grid;
 use ply_type::PlyType;
 use time_step::StepBound;
 
-/// Why a valid case cannot become a model.
+/// Reason why a valid case cannot become a model.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ModelError {
@@ -102,7 +102,7 @@ pub struct Model<S> {
 /// A ply in the pack.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ply {
-    /// Which of the model's ply types it is.
+    /// Place among the model's ply types.
     pub ply_type: usize,
     /// Reference position of its mid-plane behind that of the struck ply [m].
     pub z: f64,

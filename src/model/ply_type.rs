@@ -23,13 +23,13 @@ pub struct PlyType<S> {
     pub mesh: Mesh,
     /// Unit cell, double precision.
     pub cell: UnitCellParameters<f64>,
-    /// Which unit-cell kernel runs.
+    /// Unit-cell law.
     pub law: Law,
     /// Element constants, double precision.
     pub element: ElementConstants<f64>,
     /// Whether the fabric has trellis shear.
     pub has_shear: bool,
-    /// Which yarn directions are there.
+    /// Presence of the yarn directions.
     pub present: [bool; 2],
     /// Critical step and what sets it.
     pub bound: StepBound,

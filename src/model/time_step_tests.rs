@@ -96,15 +96,6 @@ fn tension_is_let_go_at_free_edges_across_it_only() {
 }
 
 #[test]
-fn tension_in_a_ply_of_few_elements_takes_a_third_of_the_step() {
-    let bound = StepBound { critical_step: 3e-7, set_by: "wave along the warp" };
-    assert_eq!(bound.of_tension_in(1000), bound);
-    let of_few = bound.of_tension_in(999);
-    assert!((of_few.critical_step / 1e-7 - 1.0).abs() < 1e-12, "{of_few:?}");
-    assert_eq!(of_few.set_by, "initial tension in few elements");
-}
-
-#[test]
 fn a_steep_deflection_is_let_go_whatever_the_edges() {
     // Yarns are stretched by (π n A/L)²/4: 1 % at a slope of 0.2 where they cross the plane.
     let of = |amplitude, [warp_half_waves, weft_half_waves]: [u32; 2]| {
@@ -179,13 +170,4 @@ fn no_yarn_is_stretched_to_where_it_breaks() {
         let beyond = with(0.6);
         assert!(matches!(beyond, Err(ModelError::Pretension { yarn, .. }) if yarn == name), "{beyond:?}");
     }
-}
-
-#[test]
-fn without_pretension_a_pack_rests() {
-    let case = case(&[]);
-    let cell = UnitCellParameters::new(&case.fabric);
-    let rest = stretch_of_pretension::<Published>(&case.pack, &cell);
-    let heights = cell.yarn.map(|yarn| yarn.height);
-    assert!(rest.is_ok_and(|rest| rest == InitialStretch { stretch: [0.0; 2], height: heights }));
 }

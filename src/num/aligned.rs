@@ -14,7 +14,7 @@ pub struct Aligned<S> {
     numbers: Vec<S>,
     start: usize,
     length: usize,
-    /// Which one begins a line.
+    /// Number of the one that begins a line.
     first: usize,
 }
 
@@ -34,7 +34,7 @@ impl<S: Clone> Aligned<S> {
 }
 
 impl<S> Aligned<S> {
-    /// Which number begins a line.
+    /// Place of the number that begins a line.
     pub fn first(&self) -> usize {
         self.first
     }

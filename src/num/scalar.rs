@@ -37,14 +37,23 @@ pub(crate) use each;
 pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
     /// Truth values.
     const LANES: usize;
-    /// True if any lane is.
-    fn any(self) -> bool;
-    /// Number of true lanes.
-    fn count(self) -> u32;
     /// A bit for every lane, the first one lowest.
     fn bits(self) -> u64;
+    /// True if any lane is.
+    #[inline(always)]
+    fn any(self) -> bool {
+        self.bits() != 0
+    }
+    /// Number of true lanes.
+    #[inline(always)]
+    fn count(self) -> u32 {
+        self.bits().count_ones()
+    }
     /// Truth value of one lane.
-    fn lane(self, lane: usize) -> bool;
+    #[inline(always)]
+    fn lane(self, lane: usize) -> bool {
+        self.bits() >> lane & 1 != 0
+    }
 }
 
 /// A storable floating-point number: the element type of state arrays.
@@ -85,7 +94,10 @@ pub trait Real:
     const REST: f64 = if is_double::<Self>() { 1e-100 } else { 1e-12 };
 
     /// `value` in every lane of a number like this one, rounded to its precision.
-    fn splat_like(self, value: f64) -> Self;
+    #[inline(always)]
+    fn splat_like(self, value: f64) -> Self {
+        self.broadcast(Self::Scalar::splat(value))
+    }
     /// Value of this precision in every lane of a number like this one.
     fn broadcast(self, value: Self::Scalar) -> Self;
     /// `LANES` consecutive numbers of `source`, starting at `index`, as a number like this one.
@@ -168,17 +180,9 @@ pub trait Real:
 impl Mask for bool {
     const LANES: usize = 1;
 
-    fn any(self) -> bool {
-        self
-    }
-    fn count(self) -> u32 {
-        u32::from(self)
-    }
+    #[inline(always)]
     fn bits(self) -> u64 {
         u64::from(self)
-    }
-    fn lane(self, _: usize) -> bool {
-        self
     }
 }
 
@@ -212,10 +216,6 @@ macro_rules! scalar {
             const LANES: usize = 1;
             const EPSILON: f64 = $type::EPSILON as f64;
 
-            #[inline(always)]
-            fn splat_like(self, value: f64) -> Self {
-                value as Self
-            }
             #[inline(always)]
             fn broadcast(self, value: Self) -> Self {
                 value

@@ -127,16 +127,8 @@ macro_rules! lanes {
                 self.0.any_true()
             }
             #[inline(always)]
-            fn count(self) -> u32 {
-                self.0.to_bitmask().count_ones()
-            }
-            #[inline(always)]
             fn bits(self) -> u64 {
                 self.0.to_bitmask()
-            }
-            #[inline(always)]
-            fn lane(self, lane: usize) -> bool {
-                self.0.test(lane)
             }
         }
 
@@ -146,10 +138,6 @@ macro_rules! lanes {
             const LANES: usize = <S::$vector as SimdBase<S>>::LEN;
             const EPSILON: f64 = <$scalar as Real>::EPSILON;
 
-            #[inline(always)]
-            fn splat_like(self, value: f64) -> Self {
-                Self(S::$vector::simd_from(self.0.token(), value as $scalar))
-            }
             #[inline(always)]
             fn broadcast(self, value: $scalar) -> Self {
                 Self(S::$vector::simd_from(self.0.token(), value))
@@ -275,20 +263,12 @@ impl<M: Mask> Mask for Pair<M> {
     const LANES: usize = 2 * M::LANES;
 
     #[inline(always)]
-    fn any(self) -> bool {
-        (self.0 | self.1).any()
-    }
-    #[inline(always)]
-    fn count(self) -> u32 {
-        self.0.count() + self.1.count()
-    }
-    #[inline(always)]
     fn bits(self) -> u64 {
         self.0.bits() | self.1.bits() << M::LANES
     }
     #[inline(always)]
-    fn lane(self, lane: usize) -> bool {
-        if lane < M::LANES { self.0.lane(lane) } else { self.1.lane(lane - M::LANES) }
+    fn any(self) -> bool {
+        (self.0 | self.1).any()
     }
 }
 
@@ -299,16 +279,22 @@ impl<R: Real> Pair<R> {
     }
 }
 
+/// Methods that do the same to both.
+macro_rules! on_both {
+    ($($method:ident($($argument:ident),*))+ -> $result:ty) => {$(
+        #[inline(always)]
+        fn $method(self, $($argument: Self),*) -> $result {
+            Pair(self.0.$method($($argument.0),*), self.1.$method($($argument.1),*))
+        }
+    )+};
+}
+
 impl<R: Real> Real for Pair<R> {
     type Scalar = R::Scalar;
     type Mask = Pair<R::Mask>;
     const LANES: usize = 2 * R::LANES;
     const EPSILON: f64 = R::EPSILON;
 
-    #[inline(always)]
-    fn splat_like(self, value: f64) -> Self {
-        Self(self.0.splat_like(value), self.1.splat_like(value))
-    }
     #[inline(always)]
     fn broadcast(self, value: R::Scalar) -> Self {
         Self(self.0.broadcast(value), self.1.broadcast(value))
@@ -342,39 +328,9 @@ impl<R: Real> Real for Pair<R> {
         self.0.vectorize(call)
     }
     #[inline(always)]
-    fn fused(self, factor: Self, term: Self) -> Self {
-        Self(self.0.fused(factor.0, term.0), self.1.fused(factor.1, term.1))
-    }
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        Self(self.0.sqrt(), self.1.sqrt())
-    }
-    #[inline(always)]
-    fn abs(self) -> Self {
-        Self(self.0.abs(), self.1.abs())
-    }
-    #[inline(always)]
-    fn lt(self, other: Self) -> Self::Mask {
-        Pair(self.0.lt(other.0), self.1.lt(other.1))
-    }
-    #[inline(always)]
-    fn le(self, other: Self) -> Self::Mask {
-        Pair(self.0.le(other.0), self.1.le(other.1))
-    }
-    #[inline(always)]
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self {
         Self(R::select(mask.0, yes.0, no.0), R::select(mask.1, yes.1, no.1))
     }
-    #[inline(always)]
-    fn max(self, other: Self) -> Self {
-        Self(self.0.max(other.0), self.1.max(other.1))
-    }
-    #[inline(always)]
-    fn min(self, other: Self) -> Self {
-        Self(self.0.min(other.0), self.1.min(other.1))
-    }
-    #[inline(always)]
-    fn inverse_cube_root_estimate(self) -> Self {
-        Self(self.0.inverse_cube_root_estimate(), self.1.inverse_cube_root_estimate())
-    }
+    on_both! { sqrt() abs() inverse_cube_root_estimate() max(other) min(other) fused(factor, term) -> Self }
+    on_both! { lt(other) le(other) -> Pair<R::Mask> }
 }

@@ -16,18 +16,6 @@ fn the_shortest_ogive_is_half_a_ball() {
 }
 
 #[test]
-fn a_ball_is_two_of_the_shortest_ogives() {
-    let r: f64 = 1.7;
-    let (ball, half) = (Solid::sphere(r), Solid::ogive(r, r));
-    assert!((ball.volume / (2.0 * half.volume) - 1.0).abs() < 1e-10, "{ball:?}");
-    let about_the_middle = half.squared[2] + half.centre.powi(2);
-    for (got, expected) in ball.squared.into_iter().zip([half.squared[0], half.squared[1], about_the_middle]) {
-        assert!((got / expected - 1.0).abs() < 1e-10, "{ball:?}");
-    }
-    assert_eq!(ball.centre, 0.0);
-}
-
-#[test]
 fn a_slender_ogive_is_the_paraboloid_of_its_length() {
     // ρ = r (1 − (s/L)²) as r/L → 0: volume 8/15 π r² L, centre 5/16 L, ⟨s²⟩ = L²/7, ⟨x²⟩ = r²·(128/315)/(8/15)/4.
     let (r, length) = (1e-3, 1.0);

@@ -110,4 +110,4 @@ pub fn arc_length<R: Real>(k: R, terms: usize) -> ArcLength<R> {
 
 #[cfg(test)]
 #[path = "arc_length_tests.rs"]
-pub(crate) mod tests;
+mod tests;

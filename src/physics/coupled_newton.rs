@@ -22,7 +22,7 @@ pub const COMPATIBILITY_TOLERANCE: f64 = 1e-12;
 /// Strain by which a step along the tangents may miss the curve, as far as the precision goes [-].
 pub(crate) const ROUNDOFF_TOLERANCE: f64 = 5e-15;
 
-/// Where the iteration ended.
+/// End of the iteration.
 pub(crate) struct NewtonResult<R: Real> {
     /// Heights of the pivot and of the other yarn [m].
     pub(crate) height: [R; 2],
@@ -34,7 +34,7 @@ pub(crate) struct NewtonResult<R: Real> {
     pub(crate) iterations: R,
     /// Bound of the error of the responses, where these are tangents [N].
     pub(crate) bound: R,
-    /// Where equilibrium and compatibility are met.
+    /// Cells where equilibrium and compatibility are met.
     pub(crate) met: R::Mask,
 }
 

@@ -1,6 +1,5 @@
 use super::*;
 use crate::case;
-use crate::physics::yarn_law::{Published, Variational};
 
 fn cell() -> UnitCellParameters<f64> {
     UnitCellParameters::new(&case::shipped(&[]).fabric)
@@ -59,32 +58,4 @@ fn tangents_meet_in_one_force() {
     assert_eq!([far(1e6, -1e6), far(-1e6, 1e6)], [0.0, top]);
     let (_, next) = along_tangents(&cell, &[yarn(5.0, 4e5); 2], [4e5; 2], [0.1 * top; 2], 0.9, [0.0, 1e-3]);
     assert!((next / 0.27 - 1.0).abs() < 1e-12, "{next}");
-}
-
-#[test]
-fn what_is_slack_is_met_at_once_and_needs_no_more_than_one_look() {
-    let cell = cell();
-    let span = [0, 1].map(|i: usize| Published::span(&cell.yarn[i], -0.05));
-    let newton = iterate::<f64, Published>(&cell, &span, [0.5 * cell.height_sum; 2], true);
-    assert!(newton.met && newton.iterations == 1.0 && newton.bound == 0.0);
-    let idle = iterate::<f64, Published>(&cell, &span, [0.5 * cell.height_sum; 2], false);
-    assert!(!idle.met && idle.iterations == 0.0);
-    // From the heights that it found, what it found is met as well, and is no tangent.
-    let span = [0.02, 0.03].map(|s| Variational::span(&cell.yarn[0], s));
-    let first = iterate::<f64, Variational>(&cell, &span, [0.5 * cell.height_sum; 2], true);
-    let again = iterate::<f64, Variational>(&cell, &span, first.height, true);
-    assert!(first.met && again.met && first.iterations > 1.0 && again.iterations <= 1.0 && again.bound <= first.bound);
-}
-
-#[test]
-fn a_height_that_would_fall_or_rise_by_a_metre_a_stretch_is_not_followed() {
-    let yarn = |force: f64| YarnResponse { strain: 0.5, force, stiffness: 1.0, growth: 1.0 };
-    // t = F (1 + ε)/ε − h S, over S.
-    let fall = |force: f64, height: f64| {
-        let of = Predictor::of(&[yarn(force), yarn(force)], [1.0; 2], 0.0, [height; 2], [1.0; 2]);
-        of.dh_dstretch[0]
-    };
-    assert_eq!(fall(0.1, 0.0), 0.1 * 1.5 / 0.5);
-    assert_eq!([fall(0.5, 0.0), fall(0.0, 2.0)], [0.0; 2]);
-    assert_eq!(fall(0.0, 0.5), -0.5);
 }

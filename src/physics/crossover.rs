@@ -151,7 +151,10 @@ fn solve_from<R: Real, L: LawKernel>(
     let [pivot, other] = newton.yarn;
     let mut best = CellPoint { pivot, other, other_height: newton.height[1], residual, slope: n.one() };
     if active.any() {
-        (x, best) = safeguarded::<R, L>(cell, &span, x, best, &mut active, &mut iterations);
+        // Copies: what a call sees by reference would lie in memory in the fast path too.
+        let (responses, mut open, mut count) = (span, active, iterations);
+        (x, best) = fall_back::<R, L>(cell, &responses, (x, best), &mut open, &mut count);
+        (active, iterations) = (open, count);
     }
     let force = best.pivot.real_force();
     let residual = (force - best.other.real_force()).abs() + newton.bound;
@@ -177,6 +180,22 @@ fn solve_from<R: Real, L: LawKernel>(
         out.in_plane[i] = out.tension[i] * R::select(pressing, L::in_plane_factor(y, &span[i], out.height[i]), n.one());
     }
     out
+}
+
+/// Safeguarded iteration out of line: few cells ever need it, and the fast path is smaller without it.
+#[cold]
+#[inline(never)]
+fn fall_back<R: Real, L: LawKernel>(
+    cell: &UnitCellParameters<R>,
+    span: &[StretchResponse<R>; 2],
+    (start, best): (R, CellPoint<R>),
+    active: &mut R::Mask,
+    iterations: &mut R,
+) -> (R, CellPoint<R>) {
+    cell.height_sum.vectorize(
+        #[inline(always)]
+        || safeguarded::<R, L>(cell, span, start, best, active, iterations),
+    )
 }
 
 /// Solves the cells of `active` by the safeguarded iteration, the pivot's height from `x`; the rest keep what is `best`.

@@ -100,24 +100,6 @@ fn both_iterations_find_the_force_that_bisection_finds_and_are_off_by_what_they_
 }
 
 #[test]
-fn iterations_take_no_more_evaluations_than_they_did() {
-    // Counted on 2026-11-25: 6884, 24405, 9799, 19230 of 3000 cells. Numbers do not depend on the machine, nor do counts.
-    for (newton, near, together, each) in [
-        (true, true, 6900.0, 4.0),
-        (true, false, 24_450.0, 26.0),
-        (false, true, 9820.0, 17.0),
-        (false, false, 19_270.0, 20.0),
-    ] {
-        let (mut sum, mut most) = (0.0, 0.0_f64);
-        solve_many([52, 3000], newton, near, |_, _, got, _| {
-            sum += got.iterations;
-            most = most.max(got.iterations);
-        });
-        assert!(sum <= together && most <= each, "{newton} {near}: {sum} together, {most} at most");
-    }
-}
-
-#[test]
 fn what_a_crossover_stores_is_the_work_of_its_force() {
     let mut random = Random::new(53);
     for at in 0..200 {

@@ -10,30 +10,6 @@ fn constants() -> ElementConstants<f64> {
 }
 
 #[test]
-fn viscosity_works_on_the_rate_of_its_own_yarn_and_on_none_that_is_slack() {
-    let c = constants();
-    let size = ElementGeometry::of_row(&c, 1.0);
-    let k = kinematics(&size, [&[0.0; 3]; 3]);
-    let dt = 1e-8;
-    // Velocities grow by 3 m/s along warp and by 5 m/s along weft.
-    let of = |elastic: [f64; 2], sign: f64| {
-        let v = [[3.0 * sign, 0.0, 0.0], [0.0, 5.0 * sign, 0.0], [0.0; 3]];
-        viscous(&c, &size, &k, &v, &elastic, [0.0; 2], dt)
-    };
-    let rate = [3.0 * size.gradient[0], 5.0 * size.gradient[1]];
-    let full = [0, 1].map(|i: usize| c.cell.yarn[i].stiffness * size.viscosity[i] * rate[i]);
-    assert!(full[0] > 0.0 && full[1] > 0.0 && full[0] != full[1]);
-    let taut = of([1e9; 2], 1.0);
-    for i in 0..2 {
-        assert!((taut.force[i] / full[i] - 1.0).abs() < 1e-12);
-        assert!((taut.work[i] / (full[i] * rate[i] * dt) - 1.0).abs() < 1e-9, "{i}: {:?}", taut.work);
-    }
-    assert_eq!(of([1e9, 0.0], 1.0).force[1], 0.0);
-    // It takes no more than the yarn's own pull.
-    assert_eq!(of([0.25 * full[0], 1e9], -1.0).force, [-0.25 * full[0], -full[1]]);
-}
-
-#[test]
 fn viscosity_of_a_coarse_element_grows_with_the_steepness_of_the_front() {
     let c = constants();
     let (size, dt) = (ElementGeometry::of_row(&c, 16.0).of_columns(8.0, 0.125), 1e-8);

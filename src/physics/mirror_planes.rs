@@ -36,7 +36,7 @@ impl MirrorPlanes {
     }
 }
 
-/// Where a mirror plane cuts a mesh along one of its own axes.
+/// Cut of a mirror plane through a mesh along one of its own axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Cut {
     /// Nowhere: the mesh goes from edge to edge.
@@ -47,7 +47,3 @@ pub enum Cut {
     /// At its last nodes: their images lie behind them.
     Last,
 }
-
-#[cfg(test)]
-#[path = "mirror_planes_tests.rs"]
-mod tests;

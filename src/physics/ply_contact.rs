@@ -70,7 +70,7 @@ fn cross<R: Real>(a: &PackVector<R>, b: &PackVector<R>) -> PackVector<R> {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// Where a point stands over a cell.
+/// Place of a point over a cell.
 #[derive(Clone, Copy, Debug)]
 pub struct ClosestPoint {
     /// Coordinates within the cell, ±½ at its edges.

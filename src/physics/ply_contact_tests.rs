@@ -28,26 +28,6 @@ fn unclamped([x, y]: [f64; 2]) -> [f64; 4] {
 }
 
 #[test]
-fn the_place_on_an_edge_is_the_nearest_one() {
-    let corner = cell(0.0);
-    let on = |at: [f64; 2]| -> Vector3<f64> { corner.iter().zip(unclamped(at)).map(|(c, w)| c * w).sum() };
-    for point in
-        [[3.5, 0.9, 2.0], [-1.0, 0.4, 0.1], [1.3, -2.0, 0.3], [1.0, 3.0, 0.0], [4.0, 2.0, 1.0], [-1.0, -1.0, 3.0]]
-    {
-        let point = Vector3::from(point);
-        let Some(foot) = closest_point(&corner, &point, 2.0, NO_PLANES) else { unreachable!("a sound cell") };
-        let (arm, at) = on_edge(&corner, &point, foot.at);
-        assert!((point - on(at) - arm).norm() < 1e-12 && at.iter().any(|x| x.abs() == 0.5), "{at:?}");
-        for i in 0..=1000 {
-            let x = f64::from(i) * 1e-3 - 0.5;
-            for other in [[x, -0.5], [x, 0.5], [-0.5, x], [0.5, x]] {
-                assert!(arm.norm() < (point - on(other)).norm() + 1e-12, "{point}: {at:?}, but {other:?}");
-            }
-        }
-    }
-}
-
-#[test]
 fn a_folded_cell_has_no_surface() {
     let line = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 0.01, 0.0], [0.0, 0.01, 0.0]].map(Vector3::from);
     assert!(closest_point(&line, &Vector3::zeros(), 1.0, NO_PLANES).is_none());
@@ -154,69 +134,6 @@ impl Random {
     fn vector(&mut self, size: f64) -> Vector3<f64> {
         Vector3::from([0, 1, 2].map(|_| size * self.next()))
     }
-
-    /// One of some numbers.
-    fn pick(&mut self, of: &[f64]) -> f64 {
-        of[((0.5 + 0.5 * self.next()) * of.len() as f64) as usize % of.len()]
-    }
-}
-
-/// The least positive number for which something holds, if it holds from some number on.
-fn least(holds: impl Fn(f32) -> bool) -> f64 {
-    let (mut low, mut high) = (1e-3_f32, 1e3_f32);
-    assert!(!holds(low) && holds(high));
-    while high.to_bits() - low.to_bits() > 1 {
-        let middle = f32::from_bits(low.to_bits().midpoint(high.to_bits()));
-        if holds(middle) { high = middle } else { low = middle }
-    }
-    f64::from(high)
-}
-
-#[test]
-fn a_point_is_certainly_apart_within_nine_tenths_of_the_bounds_and_eight_roundings_of_the_gap() {
-    let unit = f64::from(f32::EPSILON);
-    // From a point over a square to its corners; the point lies `x`, `y` off the middle.
-    let arms = |size: f32, x: f32, y: f32| {
-        [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]].map(|[u, v]: [f32; 2]| [size * u - x, size * v - y])
-    };
-    for (sign, z) in [(1.0, [0.7, 0.2]), (-1.0, [0.2, 0.7]), (1.0, [0.2, 0.7])] {
-        let clearance = Clearance::<f32>::new(0.0, sign, z, 0.3);
-        assert_eq!([clearance.sign, clearance.distance], [sign as f32, (sign * (z[0] - z[1])) as f32]);
-        // Level, and with each of the corners higher by four: on a cell of a hundred by a hundred that is flat.
-        for (corner, rise) in [(0, 0.0), (0, 4.0), (1, 4.0), (2, 4.0), (3, 4.0)] {
-            let found = least(|gap| {
-                let mut gaps = [gap; 4];
-                gaps[corner] += rise;
-                is_certainly_apart(&clearance, &arms(100.0, 0.0, 0.0), gaps, 1e4)
-            });
-            let rounding = 8.0 * unit;
-            let room = 0.3 + rounding * (0.3 + 0.5);
-            let expected = (room + (1.0 + 2.0 * rounding) * f64::from(rise)) / (1.0 - rounding);
-            // One rounding of each of three numbers.
-            assert!((found / expected - 1.0).abs() < 3.0 * unit, "{sign} {corner} {rise}: {found} for {expected}");
-        }
-    }
-    let clearance = Clearance::<f32>::new(0.0, 1.0, [0.5, 0.0], 0.3);
-    // Nine tenths of the square of a twentieth of the length, and nine tenths of a twentieth beyond every edge.
-    for size in [1.0_f32, 3.0] {
-        let area = size * size;
-        for corner in 0..4 {
-            let steep = least(|rise| {
-                let mut gaps = [100.0; 4];
-                gaps[corner] += rise;
-                !is_certainly_apart(&clearance, &arms(size, 0.0, 0.0), gaps, area)
-            });
-            let expected = 0.05 * 0.9_f64.sqrt() * f64::from(size);
-            assert!((steep / expected - 1.0).abs() < 1e-4, "{steep} for {expected}");
-        }
-        for [x, y] in [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]] {
-            let off = least(|far| {
-                let far = far + 0.5 * size;
-                !is_certainly_apart(&clearance, &arms(size, x * far, y * far), [100.0; 4], area)
-            });
-            assert!((off / (0.045 * f64::from(size)) - 1.0).abs() < 1e-4, "{off}");
-        }
-    }
 }
 
 #[test]
@@ -251,39 +168,6 @@ fn parallelogram(
     twist: Vector3<f64>,
 ) -> [Vector3<f64>; 4] {
     [first, first + along, first + along + across + twist, first + across]
-}
-
-#[test]
-fn points_stand_clear_of_a_cell_where_their_feet_lie_on_it_and_none_is_in_touch() {
-    let mut random = Random::new(42);
-    let (mut clear, mut not) = (0, 0);
-    for at in 0..20_000 {
-        let planes = [NO_PLANES, [Some(0), None], [None, Some(1)], [Some(0), Some(1)]][at / 2 % 4];
-        let (sign, touching, slop) = (if at % 2 == 0 { 1.0 } else { -1.0 }, 0.3, 0.01);
-        let (along, across) = (Vector3::x() + random.vector(0.2), Vector3::y() + random.vector(0.2));
-        let corner = parallelogram(random.vector(0.5), along, across, random.vector(0.02));
-        // On an edge, a little beyond it on either side of what is allowed, or anywhere.
-        let near = [-0.5, 0.5, 0.5 + 0.4 * EDGE, -0.5 - 0.4 * EDGE, 0.5 + 3.0 * EDGE, -0.5 - 3.0 * EDGE];
-        let place = [0, 1].map(|_| if random.next() > 0.3 { random.pick(&near) } else { 0.6 * random.next() });
-        let on: Vector3<f64> = corner.iter().zip(unclamped(place)).map(|(c, w)| c * w).sum();
-        let normal = along.cross(&across).normalize();
-        let height = random.pick(&[touching - slop + 1e-6, touching - slop - 1e-6, 0.4, 0.2]);
-        let point = on + normal * (sign * height);
-        let area = 1.0 + 0.2 * random.next();
-        let found = stands_clear::<f64>(&corner.map(Into::into), &point.into(), [sign, touching, slop], area, planes);
-        let expected = closest_point(&corner, &point, area, planes).is_some_and(|foot| {
-            foot.at.iter().all(|x| x.abs() <= 0.5 + EDGE) && sign * foot.height - touching >= -slop
-        });
-        assert_eq!(found, expected, "{planes:?} {place:?} {height}: {corner:?}");
-        if found { clear += 1 } else { not += 1 }
-    }
-    assert!(clear > 3000 && not > 3000, "{clear} {not}");
-    // No cell, no place on it.
-    let line = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 0.01, 0.0], [0.0, 0.01, 0.0]];
-    for area in [0.19, 0.21] {
-        let found = stands_clear::<f64>(&line, &[0.5, 0.005, 1.0], [1.0, 0.3, 0.0], area, NO_PLANES);
-        assert_eq!(found, area < 0.2, "folded to a twentieth of its area");
-    }
 }
 
 #[test]

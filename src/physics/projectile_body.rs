@@ -18,7 +18,7 @@ pub struct Body {
     pub bounding_radius: f64,
 }
 
-/// Why a profile cannot be built.
+/// Reason why a profile cannot be built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the edge radius does not fit into the shape")]
 pub struct EdgeRadiusTooLarge;

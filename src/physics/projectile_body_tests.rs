@@ -121,40 +121,6 @@ fn only_a_flat_face_has_a_round_rim() {
     assert!(!rim(Shape::Bar { diameter: 6.0, along: crate::case::Along::Weft }));
 }
 
-#[test]
-fn no_point_of_a_body_is_faster_than_its_bound() {
-    let mut projectile = projectile(Shape::Cylinder { diameter: 6.0e-3, length: 4.0e-3 }, 0.0);
-    projectile.angular_velocity = [0.0, 2e4, 0.0];
-    let body = RigidBody::new(&projectile, Body::new(&projectile).unwrap(), 0.0);
-    let furthest = nalgebra::Vector3::new(0.0, 0.0, body.body.bounding_radius);
-    let turning = body.twist().at(&furthest).norm_squared() - body.velocity.norm_squared();
-    assert!((turning.sqrt() + body.velocity.norm() - body.speed_bound()).abs() < 1e-9, "{}", body.speed_bound());
-}
-
-#[test]
-fn nothing_of_a_body_lies_beyond_its_supporting_planes() {
-    // In metres, as in a case.
-    let shapes = [
-        Shape::Ogive { diameter: 6e-3, length: 8e-3, nose_length: 6e-3 },
-        Shape::Cone { diameter: 6e-3, length: 8e-3, nose_length: 5e-3 },
-    ];
-    for shape in shapes {
-        let body = Body::new(&projectile(shape, 0.0)).unwrap();
-        let inside: Vec<[f64; 3]> = (0..=30)
-            .flat_map(|i| (-80..=80).map(move |k| [1e-4 * f64::from(i), 0.0, 1e-4 * f64::from(k)]))
-            .filter(|point| gap(&body.profile, *point).distance < 0.0)
-            .collect();
-        for i in 0..=60 {
-            let (along, across) = (std::f64::consts::PI * f64::from(i) / 60.0).sin_cos();
-            let direction = [along, 0.0, across];
-            let furthest = inside.iter().map(|p| p[0] * along + p[2] * across).fold(f64::MIN, f64::max);
-            let support = body.support(direction);
-            // The points are a tenth of a millimetre apart.
-            assert!((-1e-9..1.5e-4).contains(&(support - furthest)), "{shape:?} {direction:?}: {support} {furthest}");
-        }
-    }
-}
-
 /// A body of revolution or a bar, with every corner rounded by `edge`.
 fn body(shape: Shape, edge: f64) -> Body {
     Body::new(&projectile(shape, edge)).unwrap()
@@ -182,32 +148,6 @@ fn a_plane_through_the_nearest_point_parts_point_and_body() {
             assert!((along(g.normal) - 1.0).abs() < 1e-12, "{shape:?} {point:?}: {g:?}");
             let apart = along(point) - body.support(g.normal);
             assert!((apart - g.distance).abs() < 1e-11, "{shape:?} {edge} {point:?}: {g:?} for {apart}");
-        }
-    }
-}
-
-#[test]
-fn a_rounded_outline_lies_by_the_radius_behind_every_side_of_the_sharp_one() {
-    let shapes = [
-        Shape::Cylinder { diameter: 6.0, length: 4.0 },
-        Shape::Cone { diameter: 6.0, length: 8.0, nose_length: 5.0 },
-        Shape::Cone { diameter: 6.0, length: 5.0, nose_length: 5.0 },
-    ];
-    for shape in shapes {
-        let (sharp, round) = (body(shape, 0.0).profile, body(shape, 0.7).profile);
-        assert_eq!((sharp.count, sharp.radius, round.radius), (round.count, 0.0, 0.7), "{shape:?}");
-        let (ends, last) = ([0, sharp.count - 1], sharp.count - 1);
-        assert!(ends.iter().all(|end| sharp.corner[*end][0] == 0.0 && round.corner[*end][0].abs() < 1e-15));
-        for side in 0..last {
-            let [a, b] = [sharp.corner[side], sharp.corner[side + 1]];
-            let size = (b[0] - a[0]).hypot(b[1] - a[1]);
-            let outward = [(a[1] - b[1]) / size, (b[0] - a[0]) / size];
-            let over = |p: [f64; 2]| (p[0] - a[0]) * outward[0] + (p[1] - a[1]) * outward[1];
-            assert!(over([0.0, 0.0]) < 0.0, "{shape:?}: the centre of mass lies inside");
-            for corner in [side, side + 1] {
-                assert!((over(round.corner[corner]) + 0.7).abs() < 1e-14, "{shape:?} {side} {corner}: {round:?}");
-            }
-            assert!((0..2).all(|i| (round.normal[side][i] - outward[i]).abs() < 1e-15), "{shape:?} {side}: {round:?}");
         }
     }
 }
@@ -255,27 +195,6 @@ fn a_body_rounded_to_the_full_is_a_ball_or_a_rod_with_round_ends() {
             assert!((g.distance - (far - 3.0)).abs() < 1e-12, "{shape:?} {point:?}: {g:?}");
             assert!((0..3).all(|a| (g.normal[a] - away[a] / far).abs() < 1e-12), "{shape:?} {point:?}: {g:?}");
         }
-    }
-}
-
-#[test]
-fn flats_may_reach_the_tail_and_not_beyond() {
-    for edge in [0.0, 0.3] {
-        // Strip and body as rounding leaves them; the flats fall by the tangent over what the strip does not cover.
-        let fits = |angle: f64| {
-            let (length, half) = (7.0 - 2.0 * edge, 1.4 - edge * (0.5 * angle).tan());
-            (3.0 - edge - half) * angle.tan() <= length
-        };
-        let (mut least, mut most) = (0.5, 1.5);
-        for _ in 0..60 {
-            let middle = 0.5 * (least + most);
-            if fits(middle) { least = middle } else { most = middle }
-        }
-        let with = |nose_angle: f64| {
-            let shape = Shape::Fragment { diameter: 6.0, length: 7.0, nose_flat: 2.8, nose_angle, roll: 0.0 };
-            Body::new(&projectile(shape, edge)).is_ok()
-        };
-        assert!(with(least - 1e-9) && !with(most + 1e-9), "{edge}: {least}");
     }
 }
 

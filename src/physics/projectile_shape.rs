@@ -194,7 +194,7 @@ impl Outline<f64> {
         self.is_flat() && self.chisel.is_none() && !self.bar
     }
 
-    /// Where a straight line crosses the cylinder through the rim of a flat face, as fractions of the way, ascending; NaN
+    /// Crossings of a straight line and the cylinder through the rim of a flat face, as fractions of the way, ascending; NaN
     /// where it does not between its ends. Points in the body's frame [m].
     pub(crate) fn rim_crossings(&self, from: [f64; 3], to: [f64; 3]) -> [f64; 2] {
         let radius = self.corner[1][0];

@@ -41,7 +41,6 @@ fn check(body: &Body, point: [f64; 3], distance: f64, normal: [f64; 3]) {
 const OGIVE: Shape = Shape::Ogive { diameter: 6.0, length: 7.0, nose_length: 3.0 * std::f64::consts::SQRT_2 };
 /// The shortest ogive there is.
 const HALF_BALL: Shape = Shape::Ogive { diameter: 6.0, length: 7.0, nose_length: 3.0 };
-const FRAGMENT: Shape = Shape::Fragment { diameter: 6.0, length: 7.0, nose_flat: 2.8, nose_angle: 0.6, roll: 0.0 };
 
 /// Numbers between −8 and 8.
 pub(crate) struct Numbers(pub(crate) u32);
@@ -140,39 +139,6 @@ fn the_rim_of_a_flat_nose_holds_what_hangs_behind_it() {
     );
 }
 
-#[test]
-fn the_normal_is_the_gradient_of_the_gap() {
-    let shapes = [
-        (Shape::Cylinder { diameter: 4.0, length: 10.0 }, 0.4),
-        (Shape::Cone { diameter: 6.0, length: 6.0, nose_length: 4.0 }, 0.3),
-        (Shape::Sphere { diameter: 3.0 }, 0.0),
-        (OGIVE, 0.0),
-        (OGIVE, 0.7),
-        (HALF_BALL, 0.0),
-        (FRAGMENT, 0.0),
-        (FRAGMENT, 0.5),
-    ];
-    for (shape, edge) in shapes {
-        let body = Body::new(&projectile(shape, edge)).unwrap();
-        let mut numbers = Numbers(1);
-        for _ in 0..500 {
-            let point = numbers.point();
-            let g = gap(&body.profile, point);
-            // Inside, the gap bends where two surfaces are as near; outside at the axis and on a sharp edge only.
-            if g.distance < 0.05 {
-                continue;
-            }
-            for a in 0..3 {
-                let (mut plus, mut minus) = (point, point);
-                plus[a] += 1e-6;
-                minus[a] -= 1e-6;
-                let slope = (gap(&body.profile, plus).distance - gap(&body.profile, minus).distance) / 2e-6;
-                assert!((slope - g.normal[a]).abs() < 1e-4, "{shape:?} {point:?} {slope} {:?}", g.normal);
-            }
-        }
-    }
-}
-
 /// The outline of the ogives, densely, (ρ, s) from the tail.
 fn outline(shape: Shape, at: usize, of: usize) -> [[f64; 2]; 3] {
     let Shape::Ogive { diameter, length, nose_length } = shape else { panic!("{shape:?}") };
@@ -221,25 +187,6 @@ fn an_ogive_has_its_tip_its_arc_and_its_wall() {
 }
 
 #[test]
-fn rounded_ogives_keep_their_walls_and_fit_until_a_ball_is_left() {
-    let round = Body::new(&projectile(OGIVE, 0.7)).unwrap();
-    let sharp = Body::new(&projectile(OGIVE, 0.0)).unwrap();
-    let shoulder = sharp.profile.corner[1][1];
-    for point in [[0.0, 3.2, shoulder - 0.3], [2.6, 0.0, shoulder + 1.5], [2.0, 0.0, shoulder + 2.5]] {
-        let [a, b] = [&round, &sharp].map(|body| gap(&body.profile, point));
-        assert!((a.distance - b.distance).abs() < 1e-12 && (a.normal[2] - b.normal[2]).abs() < 1e-12, "{point:?}");
-    }
-    assert!(round.support([0.0, 0.0, 1.0]) < sharp.support([0.0, 0.0, 1.0]) - 0.05, "the tip is blunted");
-    // A nose without a shank: the ball that touches its arc and its tail has this radius.
-    let nose = Shape::Ogive { diameter: 6.0, length: 9.0, nose_length: 9.0 };
-    let largest = 81.0 / (2.0 * 15.0);
-    let ball = Body::new(&projectile(nose, largest * (1.0 - 1e-9))).unwrap();
-    assert!((ball.bounding_radius - ball.profile.corner[0][1].abs() - largest).abs() < 1e-3, "{ball:?}");
-    assert_eq!(Body::new(&projectile(nose, 1.001 * largest)), Err(EdgeRadiusTooLarge));
-    assert_eq!(Body::new(&projectile(OGIVE, 3.1)), Err(EdgeRadiusTooLarge));
-}
-
-#[test]
 fn beside_a_side_the_normal_is_that_side_s_however_near() {
     // In single precision the direction to the surface is noise there.
     let single = |body: &Body| {
@@ -264,10 +211,6 @@ const ANGLES: [f64; 4] = [0.1, 0.611, 1.0, 1.3];
 fn fragment(nose_angle: f64, edge: f64) -> Body {
     let shape = Shape::Fragment { diameter: 6.0, length: 12.0, nose_flat: 2.8, nose_angle, roll: 0.0 };
     Body::new(&projectile(shape, edge)).unwrap()
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// Points of the sharp surface: nose, wall and tail.
@@ -308,68 +251,6 @@ fn the_gap_is_the_distance_of_the_nearest_point() {
 }
 
 #[test]
-fn a_plane_through_the_nearest_point_parts_body_and_point() {
-    // To rounding: the body lies behind its supporting plane along the normal, and the point that far in front of it.
-    for angle in ANGLES {
-        for edge in [0.0, 0.4] {
-            let body = fragment(angle, edge);
-            let mut numbers = Numbers(5);
-            for _ in 0..20_000 {
-                let point = numbers.point();
-                let g = gap(&body.profile, point);
-                assert!((dot(g.normal, g.normal) - 1.0).abs() < 1e-12, "{point:?}: {g:?}");
-                let apart = dot(g.normal, point) - body.support(g.normal);
-                assert!((apart - g.distance).abs() < 1e-11, "{angle}, {edge}, {point:?}: {g:?} for {apart}");
-            }
-        }
-    }
-}
-
-#[test]
-fn no_point_of_the_surface_lies_beyond_the_support() {
-    for angle in ANGLES {
-        let body = fragment(angle, 0.0);
-        let surface = surface(&body, 200);
-        let mut numbers = Numbers(9);
-        for _ in 0..50 {
-            let d = numbers.point();
-            let size = dot(d, d).sqrt();
-            let d = d.map(|x| x / size);
-            let furthest = surface.iter().map(|q| dot(*q, d)).fold(-1e9, f64::max);
-            let support = body.support(d);
-            assert!(support > furthest - 1e-12 && support - furthest < 0.04, "{angle} {d:?}: {support}, {furthest}");
-        }
-    }
-}
-
-#[test]
-fn faces_edges_and_corners_of_a_chisel() {
-    let body = fragment(0.611, 0.0);
-    let front = body.profile.corner[1][1];
-    let (sine, cosine) = 0.611_f64.sin_cos();
-    let near = |point: [f64; 3], distance: f64, normal: [f64; 3]| {
-        let g = gap(&body.profile, point);
-        let off = (0..3).map(|a| (g.normal[a] - normal[a]).abs()).fold((g.distance - distance).abs(), f64::max);
-        assert!(off < 1e-12, "{point:?}: {g:?}");
-    };
-    near([1.0, -0.5, front + 0.3], 0.3, [0.0, 0.0, 1.0]);
-    near([2.9, 0.0, front - 0.05], -0.05, [0.0, 0.0, 1.0]);
-    near(
-        [-3.2, 0.1, front - 2.0],
-        3.2_f64.hypot(0.1) - 3.0,
-        [-3.2 / 3.2_f64.hypot(0.1), 0.1 / 3.2_f64.hypot(0.1), 0.0],
-    );
-    // 0.2 over a flat, half way down.
-    let at = |up: f64| [0.4, -(2.2 + up * sine), front - 0.8 * sine / cosine + up * cosine];
-    near(at(0.2), 0.2, [0.0, -sine, cosine]);
-    near(at(0.0), 0.0, [0.0, -sine, cosine]);
-    near(at(-0.1), -0.1, [0.0, -sine, cosine]);
-    // Over the edge between strip and flat, in the middle of its fan.
-    let (half_sine, half_cosine) = 0.3055_f64.sin_cos();
-    near([0.3, 1.4 + half_sine, front + half_cosine], 1.0, [0.0, half_sine, half_cosine]);
-}
-
-#[test]
 fn behind_a_chisel_nose_nodes_are_held_along_the_face_in_front_of_them() {
     let body = fragment(0.611, 0.0);
     let front = body.profile.corner[1][1];
@@ -381,23 +262,6 @@ fn behind_a_chisel_nose_nodes_are_held_along_the_face_in_front_of_them() {
     assert_eq!(held([0.0, -2.9, low - 0.5]).normal, [0.0, -sine, cosine]);
     assert!(held([0.0, -3.1, low - 0.5]).distance > 1e29, "outside the shadow nothing holds");
     assert!((held([0.0, -2.95, low - 1.2]).normal[1] + 1.0).abs() < 1e-12);
-}
-
-#[test]
-fn a_strip_as_wide_as_the_body_makes_a_cylinder() {
-    for edge in [0.0, 0.5] {
-        let shape = Shape::Fragment { diameter: 6.0, length: 12.0, nose_flat: 6.0, nose_angle: 0.6, roll: 0.0 };
-        let chisel = Body::new(&projectile(shape, edge)).unwrap();
-        let cylinder = Body::new(&projectile(Shape::Cylinder { diameter: 6.0, length: 12.0 }, edge)).unwrap();
-        let mut numbers = Numbers(11);
-        for _ in 0..2000 {
-            let point = numbers.point();
-            let [a, b] = [&chisel, &cylinder].map(|body| gap(&body.profile, point));
-            assert!((a.distance - b.distance).abs() < 1e-12, "{point:?}: {a:?} {b:?}");
-            assert!((0..3).all(|i| (a.normal[i] - b.normal[i]).abs() < 1e-12), "{point:?}: {a:?} {b:?}");
-        }
-        assert!((0..3).all(|a| (chisel.inertia[a] / cylinder.inertia[a] - 1.0).abs() < 1e-12));
-    }
 }
 
 #[test]

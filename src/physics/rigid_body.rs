@@ -35,7 +35,7 @@ pub struct RigidBody {
     pub angular_momentum: Vector3<f64>,
     /// Unit vector of the line of flight at the start.
     pub flight: Vector3<f64>,
-    /// Where the centre of mass started [m].
+    /// Start of the centre of mass [m].
     pub start: Vector3<f64>,
     /// 1 for directions of velocity and of turning that are free, 0 for those that mirror planes hold.
     pub freedom: [Vector3<f64>; 2],

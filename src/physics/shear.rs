@@ -40,7 +40,7 @@ pub struct ShearConstants<R> {
     pub g1: R,
     /// (G2 − G1)·t [N/m].
     pub rise: R,
-    /// Where locking begins [rad].
+    /// Angle at which locking begins [rad].
     pub gamma1: R,
     /// γ2 − γ1 [rad].
     pub ramp: R,

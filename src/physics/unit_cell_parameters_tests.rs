@@ -1,7 +1,5 @@
 use super::*;
 use crate::case;
-use crate::physics::arc_length::tests::terms_by_hand;
-use crate::physics::yarn_law::{Published, Variational};
 
 #[test]
 fn the_least_stiffness_is_a_millionth_of_the_stiffer_yarn_over_half_a_warp_span() {
@@ -18,14 +16,6 @@ fn the_least_stiffness_is_a_millionth_of_the_stiffer_yarn_over_half_a_warp_span(
 }
 
 #[test]
-fn a_yarn_that_breaks_at_twice_its_length_never_does() {
-    for (strain, expected) in [(0.999, 0.999), (1.0, NEVER)] {
-        let fabric = case::shipped(&[&format!("/fabric/warp/failure_strain={strain}")]).fabric;
-        assert_eq!(UnitCellParameters::new(&fabric).yarn[0].failure_strain, expected);
-    }
-}
-
-#[test]
 fn what_a_fabric_lacks_leaves_no_trace_in_its_constants() {
     let of = |set: &str| UnitCellParameters::new(&case::shipped(&[set]).fabric);
     // Without one of the yarns nothing crosses.
@@ -35,18 +25,6 @@ fn what_a_fabric_lacks_leaves_no_trace_in_its_constants() {
     }
     let rigid = of("/fabric/crossover/compression=rigid");
     assert_eq!((rigid.compression, rigid.uncompressed_limit, rigid.per_b), ([0.0; 3], 1.0, 0.0));
-}
-
-#[test]
-fn the_steepest_taut_yarn_is_just_as_long_as_it_is() {
-    let cell = UnitCellParameters::new(&case::shipped(&[]).fabric);
-    for yarn in &cell.yarn {
-        let steepest = steepest_taut(yarn, cell.height_sum);
-        // Its span over the one at rest, from the slope.
-        let span = std::f64::consts::FRAC_PI_2 * cell.height_sum / (yarn.half_span * steepest);
-        let length = span * (1.0 + arc_length(steepest, MAX_TERMS).excess);
-        assert!((length / (1.0 + yarn.crimp) - 1.0).abs() < 1e-9, "{length}");
-    }
 }
 
 /// A fabric whose yarns differ in everything.
@@ -105,45 +83,4 @@ fn the_constants_of_a_cell_follow_from_its_fabric() {
     let apart = UnitCellParameters::new(&uneven(&["/fabric/crossover/gap_mm=0.9", "/fabric/weft/crimp=0"]));
     assert_eq!((apart.height_sum, apart.yarn[1].height), (0.0, 0.0));
     assert_close(apart.yarn[1].slack_slope, 0.1 * apart.yarn[1].stiffness);
-}
-
-#[test]
-fn every_precision_has_its_own_crimp_tolerance_and_terms() {
-    fn of<S: Scalar, L: LawKernel>(cell: &UnitCellParameters<f64>, epsilon: f64, error: f64) -> UnitCellParameters<S> {
-        let cast = UnitCellParameters::<S>::cast::<L>(cell);
-        for (i, yarn) in cast.yarn.iter().enumerate() {
-            let exact = &cell.yarn[i];
-            // Longer than its length at rest by four roundings, one of which may be its own.
-            let rest = if i == cell.pivot {
-                yarn.height
-            } else {
-                Real::max(cast.height_sum - cast.yarn[cell.pivot].height, yarn.height)
-            };
-            let bare = YarnConstants { crimp: S::splat(0.0), per_rest: S::splat(1.0), ..*yarn };
-            let excess = L::yarn(&bare, S::splat(0.0), rest).strain.to_f64();
-            let more = (yarn.crimp.to_f64() / excess - 1.0) / epsilon;
-            assert!((2.9..5.1).contains(&more), "{more} {yarn:?}");
-            assert!((yarn.crimp.to_f64() - exact.crimp).abs() < 40.0 * epsilon, "{yarn:?}");
-            assert!((yarn.per_rest.to_f64() * (1.0 + yarn.crimp.to_f64()) - 1.0).abs() < 3.0 * epsilon);
-            let slope = std::f64::consts::FRAC_PI_2 / exact.half_span;
-            let steepest = (slope * exact.height).max(steepest_taut(exact, cell.height_sum));
-            assert_eq!(yarn.terms, terms_by_hand(steepest, error), "{yarn:?}");
-        }
-        cast
-    }
-    let unit = f64::from(f32::EPSILON);
-    for moduli in [[80.0, 50.0], [50.0, 80.0], [3.0, 200.0]] {
-        let sets = ["warp", "weft"].map(|yarn| format!("/fabric/{yarn}/modulus_gpa="));
-        let sets = [format!("{}{}", sets[0], moduli[0]), format!("{}{}", sets[1], moduli[1])];
-        let cell = UnitCellParameters::new(&uneven(&[&sets[0], &sets[1]]));
-        let double = of::<f64, Published>(&cell, f64::EPSILON, TRUNCATION);
-        assert_eq!((double.tolerance, double.roundoff_tolerance), (cell.tolerance, 0.0));
-        for single in [of::<f32, Variational>(&cell, unit, 1e-10), of::<f32, Published>(&cell, unit, 1e-10)] {
-            let [softer, stiffer] = [f64::min, f64::max].map(|of| of(cell.yarn[0].stiffness, cell.yarn[1].stiffness));
-            // A twentieth of a unit of the softer yarn's strain; a twenty-fifth of the stiffer's, unless 2e-8 of the softer is more.
-            assert!((f64::from(single.roundoff_tolerance) / (0.05 * unit * softer) - 1.0).abs() < 1e-6);
-            let tolerance = (2e-8 * softer).max(0.04 * unit * stiffer);
-            assert!((f64::from(single.tolerance) / tolerance - 1.0).abs() < 1e-6, "{}", single.tolerance);
-        }
-    }
 }

@@ -105,7 +105,7 @@ impl<R: Real> StretchResponse<R> {
     }
 }
 
-/// Which formulas a law uses; resolved at compile time.
+/// Formulas of a law; resolved at compile time.
 pub trait LawKernel: Copy + Send + Sync + 'static {
     /// Part of the response that depends on the stretch Λ = 1 + `stretch` alone.
     #[inline(always)]

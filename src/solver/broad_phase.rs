@@ -129,7 +129,7 @@ fn broad_phase<R: Real, D: Real<Scalar = f64>>(
     }
 }
 
-/// Which nodes of a line, from one on, are certainly apart from the cells from this one on.
+/// Nodes of a line, from one on, that are certainly apart from the cells from this one on.
 #[inline(always)]
 fn certainly_apart<R: Real>(
     clearance: &Clearance<R>,
@@ -174,7 +174,7 @@ impl<R: Real> Corner<R> {
     }
 }
 
-/// Which nodes of a line, from one on, stand over the cells from this one on, and clear of them.
+/// Nodes of a line, from one on, that stand over the cells from this one on, and clear of them.
 #[inline(always)]
 fn clear<D: Real<Scalar = f64>, S: Scalar>(
     d: D,
@@ -205,7 +205,7 @@ fn clear<D: Real<Scalar = f64>, S: Scalar>(
 /// Double numbers in a register at most.
 const WIDEST: usize = 8;
 
-/// Where the nodes of a line are, from one on, in the axes in which it is displaced [m]. `place`: along it at rest; `y`, `z`: across it.
+/// Places of the nodes of a line, from one on, in the axes in which it is displaced [m]. `place`: along it at rest; `y`, `z`: across it.
 #[inline(always)]
 fn places<D: Real<Scalar = f64>, S: Scalar>(
     d: D,

@@ -1,4 +1,4 @@
-//! Which nodes are near the projectile: a list that lasts some steps.
+//! List of the nodes near the projectile, which lasts some steps.
 
 use std::ops::RangeInclusive;
 
@@ -12,15 +12,15 @@ use crate::physics::rigid_body::RigidBody;
 use crate::solver::state::State;
 use crate::solver::state::{node_position, row_positions};
 
-/// Where nodes of a ply are near a body.
+/// Zone of a ply near a body.
 struct Zone {
     /// Thickness of the plies in front [m].
     depth: f64,
-    /// Places to look at between a node and its place behind no fabric, less one.
-    looks: u32,
+    /// Places sampled between a node and its place behind no fabric, less one.
+    samples: u32,
     /// Distance of any of these from the body [m].
     room: f64,
-    /// Where the body reaches along the axes of the ply, with that room [m].
+    /// Extent of the body along the axes of the ply, with that room [m].
     along: RangeInclusive<f64>,
     across: RangeInclusive<f64>,
 }
@@ -29,16 +29,17 @@ impl Zone {
     fn new<S: Scalar>(model: &Model<S>, ply: usize, body: &RigidBody, margin: f64) -> Self {
         let depth = model.plies[ply].depth;
         // No further apart than the margin.
-        let looks = (depth / margin).ceil().min(64.0) as u32;
-        let room = margin + 0.5 * depth / f64::from(looks.max(1));
+        let samples = (depth / margin).ceil().min(64.0) as u32;
+        let room = margin + 0.5 * depth / f64::from(samples.max(1));
         let [along, across] = [0, 1].map(|axis| extent(body, &model.ply_type(ply).mesh, axis, room));
-        Self { depth, looks, room, along, across }
+        Self { depth, samples, room, along, across }
     }
 
     /// Whether a node is near the body at its own place, behind no fabric, or between.
     fn has(&self, body: &RigidBody, position: &Vector3<f64>) -> bool {
-        let moved = |look: u32| Vector3::new(0.0, 0.0, self.depth * f64::from(look) / f64::from(self.looks.max(1)));
-        (0..=self.looks).any(|look| body.gap(&(position - moved(look))).0 < self.room)
+        let moved =
+            |sample: u32| Vector3::new(0.0, 0.0, self.depth * f64::from(sample) / f64::from(self.samples.max(1)));
+        (0..=self.samples).any(|sample| body.gap(&(position - moved(sample))).0 < self.room)
     }
 }
 

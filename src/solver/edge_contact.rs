@@ -71,7 +71,7 @@ pub struct EdgeContact {
     motions: Vec<[f64; 6]>,
     /// K⁻¹ (n·v − target), block by block.
     excesses: Vec<[f64; 1]>,
-    /// Where a member lies among these, by its place in `factored`.
+    /// Place of a member among these, by its place in `factored`.
     places: Vec<usize>,
 }
 
@@ -104,16 +104,16 @@ impl EdgeContact {
     /// Gives every point of the rim its share of the masses of its nodes, by its weight among the points there: what
     /// friction meets.
     pub(crate) fn share_masses(&mut self, points: &mut [ContactPoint], body_mass: f64) {
-        let (nodes, rim) = points.split_at_mut(points.len() - self.constraints.len());
+        let (nodes, crossings) = points.split_at_mut(points.len() - self.constraints.len());
         self.weights.clear();
         self.weights.resize(nodes.len(), 0.0);
-        for (p, constraint) in rim.iter().zip(&self.constraints) {
+        for (p, constraint) in crossings.iter().zip(&self.constraints) {
             for (node, weight) in constraint.ends() {
                 // In the whole scene: a point has images at a node on a mirror plane.
                 self.weights[node] += weight * p.part;
             }
         }
-        for (p, constraint) in rim.iter_mut().zip(&self.constraints) {
+        for (p, constraint) in crossings.iter_mut().zip(&self.constraints) {
             let mut inverse = Vector3::zeros();
             let mut unheld = 0.0;
             for (node, weight) in constraint.ends() {
@@ -130,18 +130,18 @@ impl EdgeContact {
 
     /// Propagates impulses from the edges to their nodes, and velocities from the nodes to the edges.
     pub(crate) fn propagate(&self, points: &mut [ContactPoint]) {
-        let (nodes, rim) = points.split_at_mut(points.len() - self.constraints.len());
+        let (nodes, crossings) = points.split_at_mut(points.len() - self.constraints.len());
         for constraint in &self.constraints {
             for node in constraint.nodes {
                 nodes[node].edge_impulse = Vector3::zeros();
             }
         }
-        for (p, constraint) in rim.iter().zip(&self.constraints) {
+        for (p, constraint) in crossings.iter().zip(&self.constraints) {
             for (node, weight) in constraint.ends() {
                 nodes[node].edge_impulse += p.impulse() * weight;
             }
         }
-        for (p, constraint) in rim.iter_mut().zip(&self.constraints) {
+        for (p, constraint) in crossings.iter_mut().zip(&self.constraints) {
             p.free = constraint.between(|node| nodes[node].velocity()) - p.inverse.component_mul(&p.impulse());
         }
     }
@@ -239,10 +239,10 @@ impl EdgeContact {
 
     /// Velocities of the nodes with friction alone: the normal impulses of the points beside one are unknown like its own.
     fn free_of_pushes(&mut self, points: &[ContactPoint]) {
-        let (nodes, rim) = points.split_at(points.len() - self.constraints.len());
+        let (nodes, crossings) = points.split_at(points.len() - self.constraints.len());
         self.free.clear();
         self.free.extend(nodes.iter().map(|p| p.free + p.inverse.component_mul(&p.friction_impulse)));
-        for (p, constraint) in rim.iter().zip(&self.constraints) {
+        for (p, constraint) in crossings.iter().zip(&self.constraints) {
             for (node, weight) in constraint.ends() {
                 self.free[node] += nodes[node].inverse.component_mul(&p.friction_impulse) * weight;
             }
@@ -300,7 +300,7 @@ fn ranges(ends: &[usize]) -> impl Iterator<Item = Range<usize>> {
     std::iter::once(&0).chain(ends).zip(ends).map(|(first, end)| *first..*end)
 }
 
-/// Where a row of a lower triangle begins.
+/// First entry of a row of a lower triangle.
 fn start(row: usize) -> usize {
     row * (row + 1) / 2
 }

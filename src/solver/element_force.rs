@@ -72,7 +72,7 @@ pub fn element_force<R: Real, L: LawKernel>(
         let left = trellis.map(|trellis| trellis.only(both_left));
         let (warp, weft) = membrane(&motion.size, &motion.k, &in_plane, left.as_ref());
         let on_mode = mode_force(&motion.size, &motion.k, &elastic, left.as_ref());
-        let forces = Forces { viscous: viscous, trellis, membrane: [warp, weft], on_mode };
+        let forces = Forces { viscous, trellis, membrane: [warp, weft], on_mode };
         let elements = Elements { column, motion, cell, yarns, forces };
         // Work done on the element between the last positions and these, by the trapezoidal rule.
         sums.work.add(n.splat_like(0.5 * dt) * elements.store(row), column);
@@ -236,13 +236,13 @@ impl<R: Real> YarnsLeft<R> {
         each!(i in 2 => half.lt(intact[i]))
     }
 
-    /// Where both yarns were there before this step.
+    /// Elements that had both yarns before this step.
     #[inline(always)]
     pub(super) fn both(&self) -> R::Mask {
         self.was_alive[0] & self.was_alive[1]
     }
 
-    /// Where one was.
+    /// Elements that had one.
     #[inline(always)]
     pub(super) fn any(&self) -> R::Mask {
         self.was_alive[0] | self.was_alive[1]

@@ -88,22 +88,6 @@ fn an_element_breaks_at_its_own_strength() {
 }
 
 #[test]
-fn half_an_element_more_counts_half() {
-    // Four elements: the three in the middle and half of the ones beside them.
-    let outer = |height: f64| move |_, column: usize| [0.0, 0.0, height, 0.0, 1.0, 0.0, height, 0.0, 0.0][column];
-    let four = "/solver/failure_length_mm=5.08";
-    // What lies in the piece by half does not break with it.
-    let columns: Vec<_> = (0..9).flat_map(|row| (3..=5).map(move |column| [row, column])).collect();
-    assert_eq!(judged(outer(3.01), &[four]).0, columns);
-    assert_eq!(judged(outer(2.99), &[four]).0, NOTHING);
-    // Elements half as long.
-    let strip = |height: f64| move |_, column: usize| if column.abs_diff(9) <= 1 { height } else { 0.0 };
-    let fine = [four, "/pack/elements_per_crossover=2"];
-    assert!(judged(strip(2.68), &fine).0.contains(&[9, 9]));
-    assert_eq!(judged(strip(2.65), &fine).0, NOTHING);
-}
-
-#[test]
 fn a_broken_piece_says_nothing_of_the_others() {
     let broken = |beside: f64| {
         move |row: usize, column: usize| match (row, column) {
@@ -115,23 +99,6 @@ fn a_broken_piece_says_nothing_of_the_others() {
     };
     assert_eq!(judged(broken(0.81), &[THREE]), (vec![[4, 4], [4, 5]], 0.0));
     assert_eq!(judged(broken(0.79), &[THREE]).0, NOTHING);
-}
-
-#[test]
-fn a_yarn_of_several_elements_across_breaks_as_one() {
-    // Two elements across a yarn; the middle of the ply, after row 8, lies between two. Both break, the one that carries less too.
-    let fine = ["/solver/failure_length_mm=1.27", "/pack/elements_per_crossover=2"];
-    let rows = |own: f64| move |row: usize, _| if row == 10 { own } else { 0.8 };
-    let breaks = (2.0_f64 - 0.8 * 0.8).sqrt();
-    let yarn: Vec<[usize; 2]> = [9, 10].iter().flat_map(|row| (0..18).map(|column| [*row, column])).collect();
-    assert_eq!(judged(rows(breaks + 0.01), &fine).0, yarn);
-    assert_eq!(judged(rows(breaks - 0.01), &fine).0, NOTHING);
-    // The yarns beside it do not help.
-    let beside = |row: usize, _| if row == 9 || row == 10 { 1.01 } else { 0.1 };
-    assert_eq!(judged(beside, &fine).0, yarn);
-    // Beside a broken one the other is judged by itself, and the broken one stays as it is.
-    let torn = |row: usize, _| if row == 9 { 1.01 } else { -1.0 / 0.035 };
-    assert_eq!(judged(torn, &fine).0, yarn[..18]);
 }
 
 #[test]
@@ -173,28 +140,5 @@ fn a_piece_of_the_failure_length_breaks_whatever_the_mesh() {
         };
         assert_eq!(columns(1.001), breaking.collect::<Vec<_>>(), "{elements}");
         assert_eq!(columns(0.999), Vec::<usize>::new(), "{elements}");
-    }
-}
-
-#[test]
-fn a_part_of_a_ply_judges_as_the_whole() {
-    let windows = |cut: bool| {
-        let case = case::shipped(&["/solver/failure_length_mm=3", "/expect=[]"]);
-        let model = if cut { Model::<f64>::part(&case) } else { Model::<f64>::new(&case) };
-        model.unwrap_or_else(|error| unreachable!("{error}")).ply_types.swap_remove(0)
-    };
-    let (whole, part) = (windows(false), windows(true));
-    let (all, half) = (&whole.windows, &part.windows);
-    for axis in 0..2 {
-        let middle = half[axis].along.len();
-        assert_eq!(all[axis].along.len(), 2 * middle);
-        for (at, window) in half[axis].along.iter().enumerate() {
-            // A symmetric field, over the whole and over the half.
-            let field = |place: usize| ((place.max(2 * middle - 1 - place) - middle) as f64).sqrt();
-            let one = Window { first: 0, length: vec![1.0] };
-            let over_whole = Piece::over(&all[axis].along[middle + at], &one, |place, _| field(place)).strain;
-            let over_half = Piece::over(window, &one, |place, _| field(middle + place)).strain;
-            assert!((over_whole - over_half).abs() < 1e-12, "{axis} {at}");
-        }
     }
 }

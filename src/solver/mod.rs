@@ -94,7 +94,7 @@ pub struct StepTotals {
     pub computed: u64,
 }
 
-/// Where a run went wrong.
+/// Place and number that a run went wrong with.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Divergence {
     /// Step.

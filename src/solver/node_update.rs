@@ -19,26 +19,27 @@ pub mod field {
     pub const COUNT: usize = 6;
 }
 
-/// Masses of one row of nodes; three arrays by direction because rollers hold one direction only.
-pub struct RowMass<'a, S> {
-    /// 1/mass where free, 0 where held [1/kg]; X, Y, Z.
-    pub inverse: [&'a [S]; 3],
-    /// Lumped mass [kg].
-    pub mass: &'a [S],
-}
-
 /// The fields of a row of nodes.
 pub type NodeRow<'a, S> = [&'a mut [S]; field::COUNT];
 
-/// Part of a row of nodes to be advanced.
-#[derive(Clone, Debug)]
-pub struct NodeRange {
-    /// Columns.
+/// Pass over a part of a row of nodes.
+pub struct NodePass<'a, S> {
+    /// Rows of elements on both sides.
+    pub around: Neighbours<'a, S>,
+    /// 1/mass where free, 0 where held [1/kg]; X, Y, Z, because rollers hold one direction only.
+    pub inverse: [&'a [S]; 3],
+    /// Lumped mass [kg].
+    pub mass: &'a [S],
+    /// Columns to be advanced.
     pub range: Range<usize>,
     /// Columns of the whole row.
     pub columns: usize,
     /// Whether the row is on the ply's edge.
     pub edge_row: bool,
+    /// Time step of this kick, and of this drift [s].
+    pub times: [f64; 2],
+    /// Whether the energies of the state are asked for.
+    pub sample: bool,
 }
 
 /// Sums of one row of nodes over one step.
@@ -58,20 +59,10 @@ pub struct NodeTotals {
 }
 
 /// Advances a part of one row of nodes, as many like `n` at a time as that holds: v += kick·f/m, u += drift·v.
-/// `sample`: the energies of the state are asked for.
 #[inline(always)]
-pub fn node_update<R: Real>(
-    n: R,
-    around: &Neighbours<'_, R::Scalar>,
-    mass: &RowMass<'_, R::Scalar>,
-    node: &mut NodeRow<'_, R::Scalar>,
-    part: &NodeRange,
-    [kick, drift]: [f64; 2],
-    sample: bool,
-) -> NodeTotals {
-    let NodeRange { range, columns, edge_row } = part;
-    let columns = *columns;
-    let (kick_r, drift_r) = (n.splat_like(kick), n.splat_like(drift));
+pub fn node_update<R: Real>(n: R, pass: &NodePass<'_, R::Scalar>, node: &mut NodeRow<'_, R::Scalar>) -> NodeTotals {
+    let NodePass { around, inverse, mass, range, columns, edge_row, times: [kick, drift], sample } = pass;
+    let (kick, drift, columns, sample) = (n.splat_like(*kick), n.splat_like(*drift), *columns, *sample);
     let (half, rest) = (n.splat_like(0.5), n.splat_like(R::REST));
     let mut kinetic = OrderedSum::default();
     let mut kinetic_now = OrderedSum::default();
@@ -82,26 +73,26 @@ pub fn node_update<R: Real>(
     let mut column = range.start - range.start % R::LANES;
     while column < range.end {
         let force = gather(n, around, column);
-        let m = n.load(mass.mass, column);
+        let m = n.load(mass, column);
         let mut speed = n.zero();
         let mut now = n.zero();
         let held_here = *edge_row || column == 0 || column + R::LANES >= columns;
         held |= held_here;
         for a in 0..3 {
-            let inverse = n.load(mass.inverse[a], column);
-            let velocity = (kick_r * force[a]).fused(inverse, n.load(node[field::VELOCITY + a], column));
+            let inverse = n.load(inverse[a], column);
+            let velocity = (kick * force[a]).fused(inverse, n.load(node[field::VELOCITY + a], column));
             let velocity = R::select(velocity.abs().lt(rest), n.zero(), velocity);
-            let displacement = drift_r.fused(velocity, n.load(node[field::DISPLACEMENT + a], column));
+            let displacement = drift.fused(velocity, n.load(node[field::DISPLACEMENT + a], column));
             velocity.store(node[field::VELOCITY + a], column);
             displacement.store(node[field::DISPLACEMENT + a], column);
             speed = velocity.fused(velocity, speed);
             if sample {
-                now = now + velocity * (velocity - drift_r * force[a] * inverse);
+                now = now + velocity * (velocity - drift * force[a] * inverse);
                 momentum[a].add(m * velocity, column);
             }
             if held_here {
                 let fixed = inverse.le(n.zero());
-                support[a].add(R::select(fixed, -(kick_r * force[a]), n.zero()), column);
+                support[a].add(R::select(fixed, -(kick * force[a]), n.zero()), column);
             }
         }
         kinetic.add(half * m * speed, column);

@@ -75,12 +75,12 @@ pub(super) struct SearchPart<'a, S> {
 }
 
 impl<S: Scalar> SearchPart<'_, S> {
-    /// Where it begins.
+    /// First row of the part.
     pub(super) fn first_row(&self) -> usize {
         self.rows.start
     }
 
-    /// Looks at every node that the broad phase lets through.
+    /// Searches from every node that the broad phase lets through.
     pub(super) fn search(&mut self, broad_phase: &dyn BroadPhase<S>) {
         let Self { search, rows, columns, over, found } = self;
         let across = search.across();
@@ -101,7 +101,7 @@ impl<S: Scalar> SearchPart<'_, S> {
 /// Distances that differ by less are those to the edge that two cells share [-].
 const SAME: f64 = 1e-12;
 
-/// Where a node touches a cell of the neighbouring ply, or how far it is from that.
+/// Touch of a node and a cell of the neighbouring ply, or its distance from that.
 struct Touch {
     cell: [usize; 2],
     /// Weights of the cell's corners [-].

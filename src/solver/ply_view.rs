@@ -99,7 +99,3 @@ impl<'a, S: Scalar> PlyView<'a, S> {
         p * p * x + q * q * y + r * r * z
     }
 }
-
-#[cfg(test)]
-#[path = "ply_view_tests.rs"]
-mod tests;

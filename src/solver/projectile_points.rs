@@ -35,11 +35,11 @@ pub(super) struct ProjectileContact {
     /// Edges between the candidates.
     edges: CandidateEdges,
     /// Candidates in this step, by their place in `edges`.
-    seen: Vec<SeenNode>,
+    nodes: Vec<CandidateNode>,
     points: Vec<ContactPoint>,
-    /// Where the rim crosses edges of elements.
+    /// Points where the rim crosses edges of elements.
     crossings: Vec<ContactPoint>,
-    rim: EdgeContact,
+    edge_contact: EdgeContact,
 }
 
 /// Edges from near nodes along rows and columns.
@@ -79,8 +79,8 @@ impl CandidateEdges {
     }
 }
 
-/// A node, or a point between two, as the body sees it.
-struct Seen {
+/// A node, or a point between two, against the body.
+struct ContactSample {
     gap: f64,
     normal: Vector3<f64>,
     /// At the start of the step [m].
@@ -92,8 +92,8 @@ struct Seen {
 }
 
 /// A node in one step.
-struct SeenNode {
-    seen: Seen,
+struct CandidateNode {
+    sample: ContactSample,
     /// Without the fabric between, in the body's frame [m].
     pressed: Vector3<f64>,
     /// Place among the points of contact.
@@ -125,16 +125,21 @@ impl ProjectileContact {
             let edge = if model.edges { body.rim_depth } else { 0.0 };
             self.remember(model, find_candidates(model, context.state, body, skin + travel + edge), skin);
         }
-        self.look_around(context, body);
+        self.sample_candidates(context, body);
         self.gather_points(context, body, nothing);
         if model.edges {
-            self.gather_rim(context, body, nothing);
+            self.gather_crossings(context, body, nothing);
         }
         if self.points.is_empty() {
             return;
         }
-        context.balance.add_contact(&projectile_contact::resolve(body, &mut self.points, &mut self.rim, model.dt));
-        let nodes = self.points.len() - self.rim.constraints.len();
+        context.balance.add_contact(&projectile_contact::resolve(
+            body,
+            &mut self.points,
+            &mut self.edge_contact,
+            model.dt,
+        ));
+        let nodes = self.points.len() - self.edge_contact.constraints.len();
         let kick = context.kick();
         for p in self.points[..nodes].iter().filter(|p| p.touched()) {
             let velocity = p.velocity();
@@ -160,14 +165,14 @@ impl ProjectileContact {
         }
     }
 
-    /// Looks at the near nodes, and at the other ends of their edges.
-    fn look_around<S: Scalar>(&mut self, context: &Context<'_, S>, body: &RigidBody) {
+    /// Samples the candidates, and the other ends of their edges.
+    fn sample_candidates<S: Scalar>(&mut self, context: &Context<'_, S>, body: &RigidBody) {
         let (model, state) = (context.model, &*context.state);
-        self.seen.clear();
-        self.seen.extend(self.edges.places.iter().map(|place| {
-            let seen = look(model, state, *place);
-            let pressed = seen.position - Vector3::new(0.0, 0.0, seen.between);
-            SeenNode { pressed: body.to_body(&pressed), seen, point: None }
+        self.nodes.clear();
+        self.nodes.extend(self.edges.places.iter().map(|place| {
+            let sample = sample_node(model, state, *place);
+            let pressed = sample.position - Vector3::new(0.0, 0.0, sample.between);
+            CandidateNode { pressed: body.to_body(&pressed), sample, point: None }
         }));
     }
 
@@ -176,18 +181,18 @@ impl ProjectileContact {
         let (model, state) = (context.model, &*context.state);
         let approach = Approach::of(body, model.dt);
         self.points.clear();
-        for (place, node) in self.edges.places[..self.candidates.len()].iter().zip(&mut self.seen) {
+        for (place, node) in self.edges.places[..self.candidates.len()].iter().zip(&mut self.nodes) {
             let [ply, row, column] = *place;
             if !node_stands(model, state, ply, row, column) {
                 continue;
             }
             let (gap, normal) = body.contact_distance(&node.pressed);
             context.totals.penetration = context.totals.penetration.max(-gap);
-            let seen = Seen { gap, normal, ..node.seen };
-            if approach.misses(&seen) {
+            let sample = ContactSample { gap, normal, ..node.sample };
+            if approach.misses(&sample) {
                 continue;
             }
-            let point = contact_point(context, body, nothing, *place, &seen);
+            let point = contact_point(context, body, nothing, *place, &sample);
             if body.prescribed && !point.is_free() {
                 continue; // both are held, and no finite impulse would change that
             }
@@ -198,24 +203,24 @@ impl ProjectileContact {
 
     /// The points where the rim of a flat face crosses edges of elements and that may touch it in this step. The nodes at the
     /// ends of the edges join the others, far away where they do not touch the body themselves.
-    fn gather_rim<S: Scalar>(&mut self, context: &Context<'_, S>, body: &RigidBody, nothing: &[S]) {
+    fn gather_crossings<S: Scalar>(&mut self, context: &Context<'_, S>, body: &RigidBody, nothing: &[S]) {
         let (model, state) = (context.model, &*context.state);
-        let Self { edges, seen, points, crossings, rim, .. } = self;
+        let Self { edges, nodes: candidates, points, crossings, edge_contact, .. } = self;
         crossings.clear();
-        rim.clear();
+        edge_contact.clear();
         let (profile, axis) = (&body.body.profile, body.orientation.transform_vector(&Vector3::z()));
         let approach = Approach::of(body, model.dt);
         let all = edges.next.iter().enumerate();
         for ends in all.flat_map(|(from, next)| next.iter().flatten().map(move |to| [from, *to])) {
-            let [from, to] = ends.map(|end| seen[end].pressed);
+            let [from, to] = ends.map(|end| candidates[end].pressed);
             let places = ends.map(|end| edges.places[end]);
             for at in profile.rim_crossings(from.into(), to.into()).into_iter().filter(|at| !at.is_nan()) {
                 if !edge_stands(model, state, places) {
                     break;
                 }
-                let both = ends.map(|end| &seen[end].seen);
-                let mix = |read: fn(&Seen) -> Vector3<f64>| read(both[0]) * (1.0 - at) + read(both[1]) * at;
-                let crossing = Seen {
+                let both = ends.map(|end| &candidates[end].sample);
+                let mix = |read: fn(&ContactSample) -> Vector3<f64>| read(both[0]) * (1.0 - at) + read(both[1]) * at;
+                let crossing = ContactSample {
                     gap: profile.height_over_face((from * (1.0 - at) + to * at).into()),
                     normal: axis,
                     position: mix(|end| end.position),
@@ -226,14 +231,15 @@ impl ProjectileContact {
                     continue;
                 }
                 let weights = [1.0 - at, at];
-                let as_met = |end: usize| contact_point(context, body, nothing, edges.places[end], &seen[end].seen);
+                let as_met =
+                    |end: usize| contact_point(context, body, nothing, edges.places[end], &candidates[end].sample);
                 let can_move = |k: usize| {
                     weights[k] > 0.0 && ContactPoint { normal: crossing.normal, ..as_met(ends[k]) }.is_free()
                 };
                 if body.prescribed && !can_move(0) && !can_move(1) {
                     continue; // as above
                 }
-                let nodes = ends.map(|end| match seen[end].point {
+                let nodes = ends.map(|end| match candidates[end].point {
                     Some(point) => point,
                     None => {
                         let point = as_met(end);
@@ -242,7 +248,7 @@ impl ProjectileContact {
                     }
                 });
                 for (end, node) in ends.into_iter().zip(nodes) {
-                    seen[end].point = Some(node);
+                    candidates[end].point = Some(node);
                     points[node].shared = true;
                 }
                 let constraint = EdgeConstraint { nodes, weights };
@@ -252,7 +258,7 @@ impl ProjectileContact {
                     ..at_place(points[nodes[0]].clone(), model, body, &crossing)
                 };
                 crossings.push(point);
-                rim.constraints.push(constraint);
+                edge_contact.constraints.push(constraint);
             }
         }
         points.append(crossings);
@@ -260,10 +266,10 @@ impl ProjectileContact {
 }
 
 /// A node before contact; out of touch.
-fn look<S: Scalar>(model: &Model<S>, state: &State<S>, [ply, row, column]: [usize; 3]) -> Seen {
+fn sample_node<S: Scalar>(model: &Model<S>, state: &State<S>, [ply, row, column]: [usize; 3]) -> ContactSample {
     let at = model.grid.first_node_row(ply) + row;
     let free = Vector3::from(model.ply_type(ply).mesh.to_pack(state.velocity(at, column)));
-    Seen {
+    ContactSample {
         gap: f64::INFINITY,
         normal: Vector3::z(),
         position: node_position(model, state, ply, row, column) - free * model.dt,
@@ -288,9 +294,9 @@ impl Approach {
     }
 
     /// Whether it cannot touch a point within the step.
-    fn misses(&self, seen: &Seen) -> bool {
-        let approach = (seen.free - self.twist.at(&(seen.position - self.position))).dot(&seen.normal);
-        seen.gap + self.dt * (approach - self.gain) > 0.0
+    fn misses(&self, sample: &ContactSample) -> bool {
+        let approach = (sample.free - self.twist.at(&(sample.position - self.position))).dot(&sample.normal);
+        sample.gap + self.dt * (approach - self.gain) > 0.0
     }
 }
 
@@ -300,7 +306,7 @@ fn contact_point<S: Scalar>(
     body: &RigidBody,
     nothing: &[S],
     [ply, row, column]: [usize; 3],
-    seen: &Seen,
+    sample: &ContactSample,
 ) -> ContactPoint {
     let (model, state) = (context.model, &*context.state);
     let ply_type = model.ply_type(ply);
@@ -317,7 +323,7 @@ fn contact_point<S: Scalar>(
         signed_distance: 0.0,
         normal: Vector3::zeros(),
         arm: Vector3::zeros(),
-        before: seen.free - inverse.component_mul(&force) * context.kick(),
+        before: sample.free - inverse.component_mul(&force) * context.kick(),
         free: Vector3::zeros(),
         inverse,
         mass: m.mass[column].to_f64(),
@@ -330,18 +336,18 @@ fn contact_point<S: Scalar>(
         active: false,
         shared: false,
     };
-    at_place(point, model, body, seen)
+    at_place(point, model, body, sample)
 }
 
-/// A point with the masses of a node, at what is seen.
-fn at_place<S: Scalar>(node: ContactPoint, model: &Model<S>, body: &RigidBody, seen: &Seen) -> ContactPoint {
+/// A point with the masses of a node, at a sample.
+fn at_place<S: Scalar>(node: ContactPoint, model: &Model<S>, body: &RigidBody, sample: &ContactSample) -> ContactPoint {
     let mut point = ContactPoint {
-        signed_distance: seen.gap,
-        normal: seen.normal,
-        arm: seen.position - body.position,
-        free: seen.free,
+        signed_distance: sample.gap,
+        normal: sample.normal,
+        arm: sample.position - body.position,
+        free: sample.free,
         // What the projectile rubs against is the fabric it touches; further plies rub against each other.
-        friction: if seen.between > 0.0 { model.friction.min(model.ply_friction) } else { model.friction },
+        friction: if sample.between > 0.0 { model.friction.min(model.ply_friction) } else { model.friction },
         ..node
     };
     point.set_effective_mass(body.mass);

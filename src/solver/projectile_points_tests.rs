@@ -3,7 +3,6 @@ use std::path::Path;
 
 use crate::case;
 use crate::solver::element_totals::field;
-use crate::solver::state::row_positions;
 
 /// A case with changes, its model and its state at the start.
 fn scene(case: &str, sets: &[&str]) -> (Model<f64>, State<f64>) {
@@ -12,25 +11,6 @@ fn scene(case: &str, sets: &[&str]) -> (Model<f64>, State<f64>) {
     let model = Model::new(&case).unwrap_or_else(|error| unreachable!("{error}"));
     let state = State::new(&case, &model);
     (model, state)
-}
-
-#[test]
-fn positions_of_a_row_are_those_of_its_nodes() {
-    let (model, mut state) = scene("cases/s720-1ply-155.json", &["/pack/width_mm=11.43", "/pack/height_mm=8.89"]);
-    let mesh = &model.ply_type(0).mesh;
-    for row in 0..=mesh.rows {
-        for column in 0..=mesh.columns {
-            for a in 0..3 {
-                let moved = 1e-5 * (1.0 + row as f64 + 0.7 * column as f64 + 0.3 * a as f64);
-                state.nodes.set(row, node::DISPLACEMENT + a, column, moved);
-            }
-        }
-    }
-    for row in 0..=mesh.rows {
-        for (column, place) in row_positions(&model, &state, 0, row).enumerate() {
-            assert_eq!(Vector3::from(place), node_position(&model, &state, 0, row, column), "{row} {column}");
-        }
-    }
 }
 
 #[test]

@@ -14,8 +14,7 @@ use crate::solver::broad_phase::BroadPhase;
 use crate::solver::broad_phase::Compiled as CompiledBroadPhase;
 use crate::solver::element_force::element_force;
 use crate::solver::element_totals::{ElementRow, ElementTotals, Extent};
-use crate::solver::gather::Neighbours;
-use crate::solver::node_update::{NodeRange, NodeRow, NodeTotals, RowMass, node_update};
+use crate::solver::node_update::{NodePass, NodeRow, NodeTotals, node_update};
 
 /// The kernels, row by row.
 pub trait RowKernels<S>: Send + Sync {
@@ -30,15 +29,7 @@ pub trait RowKernels<S>: Send + Sync {
     );
 
     /// Motion of a part of a row of nodes; see [`node_update`].
-    fn nodes(
-        &self,
-        around: &Neighbours<'_, S>,
-        mass: &RowMass<'_, S>,
-        node: &mut NodeRow<'_, S>,
-        part: &NodeRange,
-        times: [f64; 2],
-        sample: bool,
-    ) -> NodeTotals;
+    fn nodes(&self, pass: &NodePass<'_, S>, node: &mut NodeRow<'_, S>) -> NodeTotals;
 }
 
 /// The kernels of a ply type with law `L`, on numbers like `R`.
@@ -64,33 +55,17 @@ impl<R: Real + Send + Sync, L: LawKernel> RowKernels<R::Scalar> for Compiled<R, 
         );
     }
 
-    fn nodes(
-        &self,
-        around: &Neighbours<'_, R::Scalar>,
-        mass: &RowMass<'_, R::Scalar>,
-        node: &mut NodeRow<'_, R::Scalar>,
-        part: &NodeRange,
-        times: [f64; 2],
-        sample: bool,
-    ) -> NodeTotals {
-        nodes(self.constants.area, around, mass, node, part, times, sample)
+    fn nodes(&self, pass: &NodePass<'_, R::Scalar>, node: &mut NodeRow<'_, R::Scalar>) -> NodeTotals {
+        nodes(self.constants.area, pass, node)
     }
 }
 
 /// Compiled once for all laws.
 #[inline(never)]
-fn nodes<R: Real>(
-    n: R,
-    around: &Neighbours<'_, R::Scalar>,
-    mass: &RowMass<'_, R::Scalar>,
-    node: &mut NodeRow<'_, R::Scalar>,
-    part: &NodeRange,
-    times: [f64; 2],
-    sample: bool,
-) -> NodeTotals {
+fn nodes<R: Real>(n: R, pass: &NodePass<'_, R::Scalar>, node: &mut NodeRow<'_, R::Scalar>) -> NodeTotals {
     n.vectorize(
         #[inline(always)]
-        || node_update(n, around, mass, node, part, times, sample),
+        || node_update(n, pass, node),
     )
 }
 
@@ -103,29 +78,24 @@ pub trait KernelScalar: Scalar {
     fn broad_phase(vectors: Vectors) -> Box<dyn BroadPhase<Self>>;
 }
 
-impl KernelScalar for f64 {
-    #[inline(never)]
-    fn kernels(ply_type: &PlyType<Self>, vectors: Vectors) -> Box<dyn RowKernels<Self>> {
-        crate::with_law!(ply_type.law, L => of_law::<Self, L>(ply_type, vectors))
-    }
+macro_rules! kernel_scalar {
+    ($scalar:ty) => {
+        impl KernelScalar for $scalar {
+            #[inline(never)]
+            fn kernels(ply_type: &PlyType<Self>, vectors: Vectors) -> Box<dyn RowKernels<Self>> {
+                crate::with_law!(ply_type.law, L => of_law::<Self, L>(ply_type, vectors))
+            }
 
-    #[inline(never)]
-    fn broad_phase(vectors: Vectors) -> Box<dyn BroadPhase<Self>> {
-        broad_phase(vectors)
-    }
+            #[inline(never)]
+            fn broad_phase(vectors: Vectors) -> Box<dyn BroadPhase<Self>> {
+                broad_phase(vectors)
+            }
+        }
+    };
 }
 
-impl KernelScalar for f32 {
-    #[inline(never)]
-    fn kernels(ply_type: &PlyType<Self>, vectors: Vectors) -> Box<dyn RowKernels<Self>> {
-        crate::with_law!(ply_type.law, L => of_law::<Self, L>(ply_type, vectors))
-    }
-
-    #[inline(never)]
-    fn broad_phase(vectors: Vectors) -> Box<dyn BroadPhase<Self>> {
-        broad_phase(vectors)
-    }
-}
+kernel_scalar!(f64);
+kernel_scalar!(f32);
 
 fn of_law<S: Scalar, L: LawKernel>(ply_type: &PlyType<S>, vectors: Vectors) -> Box<dyn RowKernels<S>> {
     let constants = ply_type.constants::<S, L>();

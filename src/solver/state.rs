@@ -81,11 +81,14 @@ pub fn split<S, const F: usize>(row: &[S], stride: usize) -> [&[S]; F] {
 /// The fields of one row, writable.
 pub fn split_mut<S, const F: usize>(row: &mut [S], stride: usize) -> [&mut [S]; F] {
     let mut rest = row;
-    std::array::from_fn(|_| {
-        let (head, tail) = std::mem::take(&mut rest).split_at_mut(stride);
-        rest = tail;
-        head
-    })
+    std::array::from_fn(|_| take(&mut rest, stride))
+}
+
+/// The first `count` of what is left.
+pub(crate) fn take<'a, T>(rest: &mut &'a mut [T], count: usize) -> &'a mut [T] {
+    let (head, tail) = std::mem::take(rest).split_at_mut(count);
+    *rest = tail;
+    head
 }
 
 /// State of a run. Nodes and elements are in the axes of their ply.

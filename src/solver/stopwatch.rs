@@ -1,4 +1,4 @@
-//! Where the time of a run goes: wall time of the phases of its steps.
+//! Wall time of the phases of the steps of a run.
 
 use std::time::{Duration, Instant};
 

@@ -16,9 +16,9 @@ use crate::solver::active_region::ActiveRegion;
 use crate::solver::element_totals::field as element;
 use crate::solver::element_totals::{ElementRow, ElementTotals};
 use crate::solver::gather::Neighbours;
-use crate::solver::node_update::{NodeRange, NodeTotals, RowMass};
+use crate::solver::node_update::{NodePass, NodeTotals};
 use crate::solver::row_kernels::RowKernels;
-use crate::solver::state::{split, split_mut};
+use crate::solver::state::{split, split_mut, take};
 
 /// Rows of elements of a block.
 const BLOCK: usize = 8;
@@ -88,29 +88,17 @@ type Parted<'a, S> = (RowBand<'a, S>, (&'a mut [S], &'a mut NodeTotals), RowBand
 
 impl<'a, S> RowBand<'a, S> {
     /// Cuts it at the row of nodes `row`. `length`: numbers per row of nodes and of elements.
-    fn cut(self, row: usize, length: [usize; 2]) -> Parted<'a, S> {
+    fn cut(mut self, row: usize, length: [usize; 2]) -> Parted<'a, S> {
         let rows = row - self.first;
-        let (nodes_low, nodes) = self.nodes.split_at_mut((rows - 1) * length[0]);
-        let (middle, nodes_high) = nodes.split_at_mut(length[0]);
-        let (node_totals_low, node_totals) = self.node_totals.split_at_mut(rows - 1);
-        let (middle_totals, node_totals_high) = node_totals.split_at_mut(1);
-        let (elements_low, elements_high) = self.elements.split_at_mut(rows * length[1]);
-        let (element_totals_low, element_totals_high) = self.element_totals.split_at_mut(rows);
         let low = RowBand {
             first: self.first,
-            nodes: nodes_low,
-            elements: elements_low,
-            element_totals: element_totals_low,
-            node_totals: node_totals_low,
+            nodes: take(&mut self.nodes, (rows - 1) * length[0]),
+            elements: take(&mut self.elements, rows * length[1]),
+            element_totals: take(&mut self.element_totals, rows),
+            node_totals: take(&mut self.node_totals, rows - 1),
         };
-        let high = RowBand {
-            first: row,
-            nodes: nodes_high,
-            elements: elements_high,
-            element_totals: element_totals_high,
-            node_totals: node_totals_high,
-        };
-        (low, (middle, &mut middle_totals[0]), high)
+        let middle = (take(&mut self.nodes, length[0]), &mut take(&mut self.node_totals, 1)[0]);
+        (low, middle, RowBand { first: row, ..self })
     }
 
     /// Strip lent for a while.
@@ -166,17 +154,14 @@ impl<'a, S: Scalar> Storage<'a, S> {
         let length = self.ply.length;
         // A ply may have fewer rows than there is room for.
         let rows = self.cuts[self.cuts.len() - 1];
-        let (bottom, nodes) = self.nodes[..(rows + 1) * length[0]].split_at_mut(length[0]);
-        let (nodes, top) = nodes.split_at_mut((rows - 1) * length[0]);
-        let (bottom_totals, node_totals) = self.node_totals[..=rows].split_at_mut(1);
-        let (node_totals, top_totals) = node_totals.split_at_mut(rows - 1);
-        let mut low = End::Own(bottom, &mut bottom_totals[0]);
+        let (mut nodes, mut node_totals) = (&mut self.nodes[..(rows + 1) * length[0]], &mut self.node_totals[..=rows]);
+        let mut low = End::Own(take(&mut nodes, length[0]), &mut take(&mut node_totals, 1)[0]);
         let mut rest = RowBand {
             first: 0,
-            nodes,
+            nodes: take(&mut nodes, (rows - 1) * length[0]),
             elements: &mut self.elements[..rows * length[1]],
             element_totals: &mut self.element_totals[..rows],
-            node_totals,
+            node_totals: take(&mut node_totals, rows - 1),
         };
         let mut bands = Vec::with_capacity(self.cuts.len() - 1);
         for (band, &row) in self.cuts[1..self.cuts.len() - 1].iter().enumerate() {
@@ -185,7 +170,7 @@ impl<'a, S: Scalar> Storage<'a, S> {
             bands.push((band, &self.ply, Band { strip, low, high: End::Shared(middle) }));
             (low, rest) = (End::Shared(middle), high);
         }
-        let high = End::Own(top, &mut top_totals[0]);
+        let high = End::Own(nodes, &mut node_totals[0]);
         bands.push((self.cuts.len() - 2, &self.ply, Band { strip: rest, low, high }));
         bands
     }
@@ -342,18 +327,20 @@ impl<S: Scalar> PlyPass<'_, S> {
         }
         let model = self.sweep.model;
         let (grid, ply_type) = (&model.grid, model.ply_type(self.ply));
-        let around = Neighbours { below: split(below, grid.element_stride), above: split(above, grid.element_stride) };
         let m = ply_type.row_mass(row);
-        let mass = RowMass { inverse: [&m.inverse[0], &m.inverse[1], &m.inverse[2]], mass: &m.mass };
-        let part = NodeRange {
+        let [_, kick, drift] = self.times;
+        let pass = NodePass {
+            around: Neighbours { below: split(below, grid.element_stride), above: split(above, grid.element_stride) },
+            inverse: [&m.inverse[0], &m.inverse[1], &m.inverse[2]],
+            mass: &m.mass,
             range: self.nodes.columns.clone(),
             columns: ply_type.mesh.columns + 1,
             edge_row: row == 0 || row == ply_type.mesh.rows,
+            times: [kick, drift],
+            sample: self.sample,
         };
         let kernels = &self.sweep.kernels[model.plies[self.ply].ply_type];
-        let [_, kick, drift] = self.times;
-        let mut fields = split_mut(node, grid.node_stride);
-        *totals = kernels.nodes(&around, &mass, &mut fields, &part, [kick, drift], self.sample);
+        *totals = kernels.nodes(&pass, &mut split_mut(node, grid.node_stride));
     }
 }
 
