@@ -55,7 +55,7 @@ defects! {
         "twist of the cell" in "two free plies": "arm - s.twist * (place.x * place.y)" => "arm";
         "resting nodes not asked" in "resting plies": "return all(lies.xy >= low) && all(lies.xy <= high);" => "return false;";
         "velocity of a turned ply" in "thirty degrees, clamped, smooth":
-            "return to_pack(ply, ply_vector(3u, node));" => "return ply_vector(3u, node);";
+            "return to_pack(ply, node_vector(3u, node));" => "return node_vector(3u, node);";
     }
     ply_impulse {
         "friction without its limit" in "two free plies": "let most = scene.ply_friction * normal;" => "let most = normal;";
