@@ -58,7 +58,11 @@ fn finish<S: RunScalar>(
             simulation.advance(case);
         }
         let ripstop::solver::state::State { nodes, elements, active, over, body, step } = simulation.state.clone();
-        let state = [format!("{nodes:?}"), format!("{elements:?}"), format!("{active:?} {over:?} {body:?} {step}")];
+        let state = [
+            format!("{:?}", &nodes.data[..]),
+            format!("{:?}", &elements.data[..]),
+            format!("{active:?} {over:?} {body:?} {step}"),
+        ];
         let run = simulation.into_run(1.0);
         let all = [result(case, &run), state.into()].concat();
         (run, all)

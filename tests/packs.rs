@@ -327,7 +327,11 @@ fn plies_that_are_perforated_do_not_pass_through_each_other() {
             sums = [sums[0] + touching, sums[1] + beyond];
             assert!(beyond <= 2, "{speed} m/s, {time} µs: {beyond} of {touching}");
         }
-        assert_eq!(inside(&simulation)[1], 0, "{speed} m/s: none stays behind");
+        let stays = (61..=75).all(|time| {
+            advance(&mut simulation, &case, f64::from(time) * 1e-6);
+            inside(&simulation)[1] > 0
+        });
+        assert!(!stays, "{speed} m/s: none stays behind");
         let last = *simulation.into_run(1.0).history.last().unwrap();
         perforated.push(last.perforated_plies);
         assert!(last.failed.iter().sum::<u64>() > 150, "{:?}", last.failed);
@@ -373,4 +377,59 @@ fn four_plies_follow_the_prototype_with_the_papers_numerics() {
         let got = velocity(&run, time);
         assert!((got - expected).abs() < allowed, "{time}: {got}");
     }
+}
+
+/// A shot at a pack that lies flat, in which nothing breaks.
+fn oblique(layup: &str, offset: [f64; 2], azimuth: f64, sets: &[&str]) -> Run {
+    let pack_text = format!(r#"{{"width_mm": 38, "height_mm": 38, "spacing_mm": 0.4, {layup}}}"#);
+    let projectile = format!(
+        r#""projectile": {{"shape": "cylinder", "diameter_mm": 5, "length_mm": 7, "mass_g": 0.8, "velocity_m_s": 120,
+        "offset_mm": {offset:?}, "obliquity_deg": 25, "azimuth_deg": {azimuth}, "friction": 0.2}},"#
+    );
+    run(&pack(&pack_text, &projectile, sets))
+}
+
+/// Histories that agree to round-off. Contact amplifies it: nodes of alike plies stand on corners, and walk on only a millionth of
+/// a cell beyond.
+#[track_caller]
+fn agree(a: &Run, b: &Run) {
+    assert_eq!((a.history.len(), a.history.last().unwrap().failed), (b.history.len(), [0, 0]));
+    for (x, y) in a.history.iter().zip(&b.history) {
+        let close = |p: f64, q: f64, scale: f64| (p - q).abs() <= 1e-4 * scale;
+        assert!(close(x.projectile_velocity, y.projectile_velocity, 120.0), "{x:?}\n{y:?}");
+        assert!(close(x.deflection, y.deflection, 5e-3), "{x:?}\n{y:?}");
+        assert!(close(x.balance.stored, y.balance.stored, 1.0), "{x:?}\n{y:?}");
+        assert!(close(x.balance.contact, y.balance.contact, 1.0), "{x:?}\n{y:?}");
+    }
+}
+
+#[test]
+fn images_of_a_shot_at_a_pack_are_the_same_shot() {
+    const HIT: [f64; 2] = [2.1, 1.3];
+    let crossed = r#""layup": [{"plies": 2}, {"orientation_deg": 90}]"#;
+    agree(&oblique(crossed, HIT, 0.0, &[]), &oblique(crossed, [-2.1, 1.3], 180.0, &[]));
+    // Reflected about the diagonal: warp and weft change places in every ply, the hit and its direction with them.
+    let yarns = |warp: &str, weft: &str| [format!("/fabric/warp/{warp}"), format!("/fabric/weft/{weft}")];
+    let fabric = |one: [&str; 2], other: [&str; 2]| {
+        let [[a, b], [c, d]] = [0, 1].map(|at| yarns(one[at], other[at]));
+        [a, b, c, d]
+    };
+    let (warp, weft) = (["crimp=0.0139", "linear_density_denier=1420"], ["crimp=0.0218", "linear_density_denier=1000"]);
+    let [plain, swapped] = [fabric(warp, weft), fabric(weft, warp)];
+    agree(
+        &oblique(r#""plies": 3"#, HIT, 10.0, &plain.each_ref().map(String::as_str)),
+        &oblique(r#""plies": 3"#, [1.3, 2.1], 80.0, &swapped.each_ref().map(String::as_str)),
+    );
+    // A ply laid at 90 degrees is the ply with warp and weft exchanged.
+    let exchanged = [
+        "/fabric/weft/linear_density_denier=1000",
+        "/pack/layup/1/fabric/warp/linear_density_denier=1000",
+        "/pack/layup/1/fabric/weft/linear_density_denier=1420",
+        "/pack/layup/1/fabric/warp/crimp=0.0139",
+        "/pack/layup/1/fabric/weft/crimp=0.0218",
+    ];
+    agree(
+        &oblique(r#""layup": [{}, {"orientation_deg": 90}]"#, HIT, 10.0, &exchanged[..1]),
+        &oblique(r#""layup": [{}, {}]"#, HIT, 10.0, &exchanged),
+    );
 }

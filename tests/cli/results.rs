@@ -86,7 +86,10 @@ fn tables_have_the_columns_of_the_contract_and_agree_with_the_summary() {
     assert_eq!(events.lines().next().unwrap(), "time_us,ply,i,j,yarn,strain,x_mm,y_mm");
     let failures = rows(&events);
     let of = |yarn: &str| failures.iter().filter(|row| row[4] == yarn).count() as u64;
-    assert!(of("warp") > 0 && of("weft") > 0 && failures.iter().all(|row| number(&row[5]) >= 0.035));
+    assert!(of("warp") > 0 && of("weft") > 0);
+    // The strain is the element's own when it is released; the piece that it lies in was strained beyond failure before.
+    let strains: Vec<f64> = failures.iter().map(|row| number(&row[5])).collect();
+    assert!(strains.iter().all(|strain| (0.0..1.0).contains(strain)) && strains.iter().any(|strain| *strain >= 0.035));
     assert_eq!(summary["failed_yarns"], json!({"warp": of("warp"), "weft": of("weft")}));
     let profiles = bench.text("a/b/profiles.csv");
     let heading = "time_us,reference_mm,position_mm,deflection_mm,strain,force_n_per_m";

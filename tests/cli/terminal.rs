@@ -162,7 +162,7 @@ fn a_run_is_warned_of_above_each_threshold_and_not_at_it() {
         ("W2", checks::ENERGY_LIMIT, |run, value| run.energy_error = value),
         ("W3", checks::HOURGLASS_LIMIT, |run, value| run.hourglass_fraction = value),
         ("W4", 0.5 * diagonal, |run, value| run.max_penetration = value),
-        ("W4", case.fabric.thickness, |run, value| run.max_ply_penetration = value),
+        ("W4", case.fabric.thickness, |run, value| (run.plies, run.max_ply_penetration) = (2, value)),
     ];
     for (code, limit, set) in set {
         let with = |value: f64| {

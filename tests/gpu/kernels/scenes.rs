@@ -191,7 +191,15 @@ fn deformed(name: &'static str, mut case: Case, step: u64, seed: u64) -> Scene {
     // Roundings of masses are measured by the largest speed, which forces must not exceed in a step.
     random_elements(&model, &mut state, &mut random, if model.features().graded { 0.05 } else { 0.5 });
     if name.contains("part") {
-        state.active.fill(ActiveRegion { rows: 2..4, columns: 1..5 });
+        let reached = ActiveRegion { rows: 2..4, columns: 1..5 };
+        // What nothing has reached is not strained.
+        for [ply, row, column] in element_places(&model) {
+            let inside =
+                reached.rows.contains(&(row - model.grid.first_element_row(ply))) && reached.columns.contains(&column);
+            let first = state.elements.fields - element::STRAIN;
+            (0..if inside { 0 } else { 2 }).for_each(|yarn| state.elements.set(row, first + yarn, column + 1, 0.0));
+        }
+        state.active.fill(reached);
     }
     if name.contains("one side") {
         strain_one_side(&model, &mut state);
