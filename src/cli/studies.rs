@@ -287,19 +287,25 @@ struct StudyBar<'a> {
     units: &'a str,
     bar: Bar,
     start: Instant,
-    /// Number that was there when it began, and V50 with its interval as far as they are known.
-    known: Mutex<(Option<u32>, Option<(f64, Bounds)>)>,
+    known: Mutex<Known>,
+}
+
+/// Number of shots that were there at the beginning, and V50 with its interval, as far as they are known.
+#[derive(Default)]
+struct Known {
+    before: Option<u32>,
+    v50: Option<(f64, Bounds)>,
 }
 
 impl StudyBar<'_> {
     fn show(&self, at: BatchProgress) {
         let BatchProgress { done, of, v50 } = at;
         let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
-        let before = *known.0.get_or_insert(done.saturating_sub(1));
-        known.1 = v50.or(known.1);
+        let before = *known.before.get_or_insert(done.saturating_sub(1));
+        known.v50 = v50.or(known.v50);
         let own = f64::from(done - before.min(done)).max(1.0);
         let left = duration(self.start.elapsed().as_secs_f64() / own * f64::from(of.saturating_sub(done)));
-        let v50 = known.1.map_or_else(String::new, |(value, bounds)| {
+        let v50 = known.v50.map_or_else(String::new, |(value, bounds)| {
             let [low, high] = bounds.words();
             format!("  V50 {} m/s ({low} to {high})", short(value, 4))
         });

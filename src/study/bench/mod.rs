@@ -295,9 +295,10 @@ pub fn covers_the_same(base: &Case, case: &Case) -> Result<(), String> {
             .map(|layer| [layer.columns, layer.rows].map(|count| count * each[0] / each[1]))
             .collect::<Vec<_>>()
     };
+    let mesh = case.pack.crossovers_per_element;
     for (had, has) in crossovers(base).into_iter().zip(crossovers(case)) {
-        for (yarn, along) in ["warp", "weft"].into_iter().enumerate().filter(|(yarn, _)| had[*yarn] != has[*yarn]) {
-            let mesh = case.pack.crossovers_per_element;
+        if let Some(yarn) = (0..2).find(|yarn| had[*yarn] != has[*yarn]) {
+            let along = ["warp", "weft"][yarn];
             return Err(format!("{} crossovers along the {along} do not divide by {mesh}", had[yarn]));
         }
     }
