@@ -4,8 +4,8 @@
 //! (`model`, `state`, `step`, …) sees the types below: SI numbers that are finite, in range and
 //! consistent with each other.
 //!
-//! A document becomes a case in five steps: [`read`] parses it, [`set`] changes it and [`fabric_file`] puts fabrics of files in their place,
-//! [`check`] checks it against the types of its keys, [`provenance`] completes it with defaults and keeps where each value came from, and
+//! A document becomes a case in five steps: [`read`] parses it, `set` changes it and `fabric_file` puts fabrics of files in their place,
+//! `check` checks it against the types of its keys, `provenance` completes it with defaults and keeps where each value came from, and
 //! these types become those below.
 
 use std::borrow::Cow;

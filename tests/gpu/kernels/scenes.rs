@@ -191,20 +191,35 @@ fn deformed(name: &'static str, mut case: Case, step: u64, seed: u64) -> Scene {
     // Roundings of masses are measured by the largest speed, which forces must not exceed in a step.
     random_elements(&model, &mut state, &mut random, if model.features().graded { 0.05 } else { 0.5 });
     if name.contains("part") {
-        let reached = ActiveRegion { rows: 2..4, columns: 1..5 };
-        // What nothing has reached is not strained.
-        for [ply, row, column] in element_places(&model) {
-            let inside =
-                reached.rows.contains(&(row - model.grid.first_element_row(ply))) && reached.columns.contains(&column);
-            let first = state.elements.fields - element::STRAIN;
-            (0..if inside { 0 } else { 2 }).for_each(|yarn| state.elements.set(row, first + yarn, column + 1, 0.0));
-        }
-        state.active.fill(reached);
+        rest_outside(&model, &mut state, &ActiveRegion { rows: 2..4, columns: 1..5 });
     }
     if name.contains("one side") {
         strain_one_side(&model, &mut state);
     }
     Scene { name, model, state, elements: true, pack: false, held: false, speed }
+}
+
+/// Reaches a part of every ply alone. Nodes with an element outside are at rest in their places, and elements outside unstrained: vectors on
+/// the processor compute some of those, too.
+fn rest_outside(model: &Model<f32>, state: &mut State<f32>, part: &ActiveRegion) {
+    for [ply, row, column] in node_places(model) {
+        let inside = (part.rows.start + 1..part.rows.end).contains(&row)
+            && (part.columns.start + 1..part.columns.end).contains(&column);
+        let at = model.grid.first_node_row(ply) + row;
+        for a in (0..3).filter(|_| !inside) {
+            state.nodes.set(at, node::DISPLACEMENT + a, column, 0.0);
+            state.nodes.set(at, node::VELOCITY + a, column, 0.0);
+        }
+    }
+    let first = state.elements.fields - element::STRAIN;
+    for [ply, row, column] in element_places(model) {
+        let inside = part.rows.contains(&(row - model.grid.first_element_row(ply))) && part.columns.contains(&column);
+        for yarn in (0..2).filter(|_| !inside) {
+            let strain = if state.alive(row, column, yarn) { 0.0 } else { BROKEN as f32 };
+            state.elements.set(row, first + yarn, column + 1, strain);
+        }
+    }
+    state.active.fill(part.clone());
 }
 
 /// One row of elements of each yarn strained to about twice what breaks it, the others hardly.

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use ripstop::case::Motion;
 use ripstop::gpu::Device;
 use ripstop::output::csv;
 use ripstop::run::Run;
@@ -122,13 +123,19 @@ fn verification(device: &'static Device) -> Outcome {
         let rings = ["strip-compressible", "strip-pulled-weft-free"].iter().any(|strip| name.contains(strip));
         let case = if rings { shipped(name, &[]) } else { builtin(name, &[]) };
         let (cpu, gpu) = (run(&case), run_on(device, &case));
-        let (allowed, part) = if cpu.events.is_empty() { (WHOLE, 0.0) } else { (TORN, 0.5) };
+        // On a cone contact opens and closes all along its flank.
+        let (allowed, part) = match cpu.events.is_empty() {
+            true if name.contains("cone-on-membrane") => (TEARING, 0.0),
+            true => (WHOLE, 0.0),
+            false => (TORN, 0.5),
+        };
         let mut found = off(&cpu, &gpu, allowed, part);
         if gpu.outcome != cpu.outcome || gpu.history.len() != cpu.history.len() {
             found.push(format!("{:?} for {:?}", gpu.outcome, cpu.outcome));
         }
-        // Momentum errors are over the net impulse of the supports, which in a free vibration comes back to nothing.
-        if case.projectile.is_some() {
+        // Momentum errors are over the net impulse of the supports, which in a free vibration comes back to nothing, and where a body is
+        // driven slowly against supports is the small rest of large ones.
+        if case.projectile.as_ref().is_some_and(|projectile| projectile.motion == Motion::Free) {
             found.extend(within(&gpu, 1.0, 2e-6).err());
         }
         wrong.extend(found.into_iter().map(|line| format!("{}: {line}", case.name)));
