@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use ripstop::case::Motion;
 use ripstop::gpu::Device;
 use ripstop::output::csv;
 use ripstop::run::Run;
@@ -133,9 +132,9 @@ fn verification(device: &'static Device) -> Outcome {
         if gpu.outcome != cpu.outcome || gpu.history.len() != cpu.history.len() {
             found.push(format!("{:?} for {:?}", gpu.outcome, cpu.outcome));
         }
-        // Momentum errors are over the net impulse of the supports, which in a free vibration comes back to nothing, and where a body is
-        // driven slowly against supports is the small rest of large ones.
-        if case.projectile.as_ref().is_some_and(|projectile| projectile.motion == Motion::Free) {
+        // Momentum errors are over the net impulse of the supports, which in a free vibration comes back to nothing, and in a strip that is
+        // pulled slowly is the small rest of large ones: 5e-3 in single precision on the processor, too.
+        if case.projectile.is_some() && !name.contains("strip-pulled") {
             found.extend(within(&gpu, 1.0, 2e-6).err());
         }
         wrong.extend(found.into_iter().map(|line| format!("{}: {line}", case.name)));
