@@ -24,9 +24,6 @@ const NOSE: f64 = 0.02105;
 
 fn point([x, y]: [f64; 2], normal: [f64; 3], velocity: [f64; 3], mass: f64, gap: f64) -> ContactPoint {
     let mut p = ContactPoint {
-        ply: 0,
-        row: 0,
-        column: 0,
         signed_distance: gap,
         normal: Vector3::from(normal).normalize(),
         arm: Vector3::new(x, y, NOSE),
@@ -35,13 +32,7 @@ fn point([x, y]: [f64; 2], normal: [f64; 3], velocity: [f64; 3], mass: f64, gap:
         inverse: Vector3::repeat(1.0 / mass),
         mass,
         part: 1.0,
-        friction: 0.0,
-        effective_mass: 0.0,
-        normal_impulse: 0.0,
-        friction_impulse: Vector3::zeros(),
-        edge_impulse: Vector3::zeros(),
-        active: false,
-        shared: false,
+        ..ContactPoint::default()
     };
     p.set_effective_mass(BODY);
     p

@@ -20,8 +20,8 @@ pub(crate) const NOISE: f64 = 1e-9;
 /// speed, the steps after it take that. More would drown the body's momentum in the rounding of its speed in single precision.
 pub const HELD: f64 = 1e3;
 
-/// A node near the body during one step.
-#[derive(Clone, Debug)]
+/// A node near the body during one step; by default the first of the pack, held, and out of touch.
+#[derive(Clone, Debug, Default)]
 pub struct ContactPoint {
     /// Ply of the node.
     pub ply: usize,

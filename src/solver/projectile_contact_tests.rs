@@ -8,26 +8,14 @@ use crate::physics::projectile_shape::tests::{Numbers, projectile};
 use crate::solver::edge_contact::{EdgeConstraint, SHARED};
 
 fn point(normal: [f64; 3], inverse: [f64; 3]) -> ContactPoint {
-    let zero = Vector3::zeros();
     ContactPoint {
-        ply: 0,
-        row: 0,
-        column: 0,
-        signed_distance: 0.0,
         normal: normal.into(),
-        arm: zero,
-        before: zero,
-        free: zero,
         inverse: inverse.into(),
         mass: 1.0,
         part: 1.0,
-        friction: 0.0,
         effective_mass: 1.0,
-        normal_impulse: 0.0,
-        friction_impulse: zero,
-        edge_impulse: zero,
         active: true,
-        shared: false,
+        ..ContactPoint::default()
     }
 }
 

@@ -320,21 +320,11 @@ fn contact_point<S: Scalar>(
         ply,
         row,
         column,
-        signed_distance: 0.0,
-        normal: Vector3::zeros(),
-        arm: Vector3::zeros(),
         before: sample.free - inverse.component_mul(&force) * context.kick(),
-        free: Vector3::zeros(),
         inverse,
         mass: m.mass[column].to_f64(),
         part: ply_type.mesh.part_of(row, column),
-        friction: 0.0,
-        effective_mass: 0.0,
-        normal_impulse: 0.0,
-        friction_impulse: Vector3::zeros(),
-        edge_impulse: Vector3::zeros(),
-        active: false,
-        shared: false,
+        ..ContactPoint::default()
     };
     at_place(point, model, body, sample)
 }
