@@ -316,23 +316,24 @@ fn keyframes_lie_evenly_over_a_run_whenever_it_ends_and_open_at_the_largest_defl
 #[test]
 fn a_keyframe_shows_what_is_there() {
     const EVEN: &[&str] = &[
-        "/solver/end_time_us=14",
+        "/solver/end_time_us=80",
         "/solver/numerics=default",
         "/pack/mesh_grading=none",
         "/pack/elements_per_crossover=1",
         "/output/history_interval_us=0.01",
         "/solver/shock_viscosity=0",
+        "/projectile/velocity_m_s=100",
     ];
     let shot = Shot::new(&[&["/solver/symmetry=none"], EVEN].concat());
     let last = shot.animation.keyframes.last().unwrap();
     let broken = |yarn: usize| last.tension.iter().filter(|cell| cell[yarn].is_none()).count() as u64;
+    assert!(broken(0) > 0 && broken(1) > 0);
     assert_eq!([broken(0), broken(1)], shot.run.history.last().unwrap().failed);
-    // Yarns are loaded to what breaks them: modulus times failure strain times cross-section. In a step of a fast shot some go beyond.
+    // A yarn breaks at its modulus times failure strain times cross-section; shear adds little.
     let yarn = &shot.case.fabric.warp;
     let strength = yarn.modulus * yarn.failure_strain * yarn.area(shot.case.fabric.fibre_density);
     let peak = f64::from(shot.animation.peak_tension());
-    let most = shot.run.history.iter().map(|sample| sample.balance.max_tension).fold(0.0, f64::max);
-    assert!((0.8 * strength..1.1 * most).contains(&peak), "{peak} of {strength}, {most} at most");
+    assert!((0.8..1.1).contains(&(peak / strength)), "{peak} of {strength}");
     // A quarter of it is the same as the whole.
     let quarter = Shot::new(EVEN);
     let part = quarter.animation.keyframes.last().unwrap();
