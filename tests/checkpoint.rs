@@ -44,7 +44,7 @@ fn open(path: &Path) -> Checkpoint {
     Checkpoint::open(path).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// Runs to the end on so many threads: all that it gives, and its last state. `before`: called before every step.
+/// Runs to the end on this number of threads: all that it gives, and its last state. `before`: called before every step.
 fn finish<S: RunScalar>(
     case: &Case,
     mut simulation: Simulation<S>,

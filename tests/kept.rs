@@ -75,7 +75,7 @@ pub(crate) fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
     files
 }
 
-/// A report up to its last section, which tells what the run cost.
+/// A report up to its last section, which has the cost of the run.
 fn without_machine(page: &[u8]) -> &[u8] {
     let mark = b"id=\"machine\"";
     &page[..page.windows(mark.len()).position(|part| part == mark).unwrap()]

@@ -74,7 +74,7 @@ fn every_outcome_is_found_by_its_rule() {
 
 #[test]
 fn well_below_the_ballistic_limit_the_ply_stops_the_shot() {
-    // The prototype stops at 140 m/s and perforates at 155 m/s. Between them the outcome hangs on rounding (here 140 m/s
+    // The prototype stops at 140 m/s and perforates at 155 m/s. Between them the outcome depends on rounding (here 140 m/s
     // perforates without friction and 145 m/s stops), so this asks a clear question.
     let slower = run(&builtin("cases/s720-1ply-155.json", &["/projectile/velocity_m_s=130", "/projectile/friction=0"]));
     assert_eq!(slower.outcome, Outcome::Stopped);

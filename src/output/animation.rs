@@ -41,7 +41,7 @@ pub struct Keyframe {
     pub step: u64,
     /// [s]
     pub time: f64,
-    /// Largest deflection of each ply, of fabric that hangs on something [m].
+    /// Largest deflection of each ply, of fabric that is attached to a support [m].
     pub deflections: Vec<f64>,
     /// Displacement of the nodes [m].
     pub displacement: Vec<[f32; 3]>,
@@ -53,7 +53,7 @@ pub struct Keyframe {
 }
 
 impl Keyframe {
-    /// Largest deflection of any ply shown, of fabric that hangs on something [m].
+    /// Largest deflection of any ply shown, of fabric that is attached to a support [m].
     pub fn deflection(&self) -> f64 {
         self.deflections.iter().copied().fold(0.0, f64::max)
     }
@@ -176,7 +176,7 @@ fn end_to_end(one: f64, other: f64) -> f64 {
     if one == BROKEN || other == BROKEN { BROKEN } else { one.max(other) }
 }
 
-/// Grid lines to keep, at most so many, of those from 0 to `last`: gaps grow with the distance from the point of impact at `hit` as
+/// Grid lines to keep, `most` at most, of those from 0 to `last`: gaps grow with the distance from the point of impact at `hit` as
 /// little as need be.
 fn kept_lines(last: usize, hit: usize, most: usize) -> Vec<usize> {
     let graded = |growth: f64| {
@@ -317,7 +317,7 @@ impl Animation {
         self.body = model.projectile.as_ref().map(|projectile| SurfaceMesh::new(&projectile.body, pack));
     }
 
-    /// The animation with at most so many keyframes, evenly from the first to the last.
+    /// The animation with this number of keyframes at most, evenly from the first to the last.
     #[must_use]
     pub(super) fn with(&self, keyframes: usize) -> Self {
         let times: Vec<f64> = self.keyframes.iter().map(|keyframe| keyframe.time).collect();
@@ -331,7 +331,7 @@ impl Animation {
         self.with(KEYFRAMES)
     }
 
-    /// Largest deflection in any keyframe, of fabric that hangs on something [m].
+    /// Largest deflection in any keyframe, of fabric that is attached to a support [m].
     pub fn deflection(&self) -> f64 {
         self.keyframes.iter().map(Keyframe::deflection).fold(0.0, f64::max)
     }

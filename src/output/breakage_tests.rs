@@ -6,7 +6,7 @@ use crate::output::checks::{Level, checks};
 use crate::run::{self, Options};
 use crate::solver::FailureEvent;
 
-/// A 20 × 20 mm ply of S-720 (1.27 mm a crossover: 16 × 16) with so many elements a crossover.
+/// A 20 × 20 mm ply of S-720 (1.27 mm a crossover: 16 × 16) with this number of elements a crossover.
 fn ply(mesh: &str) -> PlyLayout {
     let text = format!(
         r#"{{"title": "t", "fabric": {{"file": "fabrics/s-720.json"}}, "solver": {{"end_time_us": 1}},
