@@ -111,7 +111,7 @@ impl SurfaceMesh {
 }
 
 /// The outline (ρ, s) with its roundings, from the nose on the axis to the tail on the axis.
-fn outline(profile: &Outline<f64>) -> Vec<[f64; 2]> {
+fn outline(profile: &Outline) -> Vec<[f64; 2]> {
     let mut points: Vec<[f64; 2]> = Vec::new();
     let mut facing = [0.0, 1.0];
     for i in 0..profile.count {
