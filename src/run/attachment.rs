@@ -12,7 +12,7 @@ use crate::model::Model;
 use crate::model::mesh::Mesh;
 use crate::model::mesh::corners;
 use crate::num::scalar::Scalar;
-use crate::physics::mirror_planes::Cut;
+use crate::physics::rigid_body::Cut;
 use crate::solver::energy_balance::PlyMoment;
 use crate::solver::state::State;
 

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::case::{Along, Case};
 use crate::model::Model;
 use crate::num::scalar::Scalar;
-use crate::physics::mirror_planes::Cut;
+use crate::physics::rigid_body::Cut;
 use crate::solver::element_totals::field as element;
 use crate::solver::state::State;
 use crate::solver::state::node_position;
@@ -49,7 +49,7 @@ pub(crate) fn take<S: Scalar>(model: &Model<S>, state: &State<S>, case: &Case, t
     let mut points = Vec::with_capacity(counts[axis] + 1);
     for n in 0..=counts[axis] {
         let (row, column) = place(n);
-        let here = node_position(model, state, 0, row, column);
+        let here = node_position(model, state, [0, row, column]);
         let mut point = ProfilePoint {
             reference: mesh.reference(row, column)[axis] - impact[axis],
             position: mesh.to_ply(here.into())[axis] - impact[axis],
@@ -59,7 +59,7 @@ pub(crate) fn take<S: Scalar>(model: &Model<S>, state: &State<S>, case: &Case, t
         };
         if n < counts[axis] {
             let (row, column) = place(n + 1);
-            let next = node_position(model, state, 0, row, column);
+            let next = node_position(model, state, [0, row, column]);
             let (row, column) = place(n);
             let (row, column) = (row.min(mesh.rows - 1), column.min(mesh.columns - 1));
             let size = mesh.size(row, column);
