@@ -9,7 +9,7 @@ use ripstop::output::expect::{Judgement, expected, got, judgement, note, quantit
 use ripstop::output::number::{fixed, grouped, us};
 use ripstop::output::warnings::Warning;
 use ripstop::output::{Breakage, Energies, symmetry, verdict};
-use ripstop::physics::mirror_planes::MirrorPlanes;
+use ripstop::physics::rigid_body::MirrorPlanes;
 use ripstop::run::Run;
 use serde_json::Value;
 

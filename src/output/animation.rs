@@ -13,7 +13,7 @@ use super::surface::SurfaceMesh;
 use crate::case::Case;
 use crate::model::Model;
 use crate::num::scalar::Scalar;
-use crate::physics::mirror_planes::MirrorPlanes;
+use crate::physics::rigid_body::MirrorPlanes;
 use crate::physics::rigid_body::RigidBody;
 use crate::run::frame::{Schedule, even};
 
