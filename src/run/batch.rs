@@ -15,7 +15,7 @@ use crate::gpu::layout;
 use crate::gpu::shader::Kernel;
 use crate::gpu::stepper::DeviceStepper;
 use crate::gpu::{Device, DeviceError};
-use crate::model::features::Features;
+use crate::model::Features;
 use crate::model::{Model, ModelError};
 use crate::solver;
 use crate::solver::state::State;

@@ -34,8 +34,7 @@ use tracing::info_span;
 
 use crate::case::Case;
 pub use crate::model::ModelError;
-pub use crate::model::features::Features;
-pub use crate::physics::mirror_planes::MirrorPlanes;
+pub use crate::physics::rigid_body::MirrorPlanes;
 pub use crate::solver::energy_balance::{Balance, PlyMoment};
 pub use crate::solver::{Divergence, FailureEvent};
 pub(crate) use attachment::attached;

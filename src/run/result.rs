@@ -5,8 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::options::Skips;
 use super::outcome::Outcome;
 use super::profile::DeflectionProfile;
-use crate::model::features::Features;
-use crate::physics::mirror_planes::MirrorPlanes;
+use crate::physics::rigid_body::MirrorPlanes;
 use crate::solver::energy_balance::{Balance, PlyMoment};
 use crate::solver::{Divergence, FailureEvent};
 
@@ -117,9 +116,6 @@ pub struct Run {
     /// Bound that set the time step.
     #[serde(skip)]
     pub step_set_by: &'static str,
-    /// Features of the model that the scene has.
-    #[serde(skip)]
-    pub features: Features,
     /// Time in the loop [s].
     #[serde(skip)]
     pub loop_seconds: f64,
