@@ -13,7 +13,7 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use ripstop::case::{self, Case};
 use ripstop::physics::crossover;
 use ripstop::physics::unit_cell_parameters::UnitCellParameters;
-use ripstop::physics::yarn_law::Published;
+use ripstop::physics::yarn_law::Sinusoidal;
 use ripstop::run::RunScalar;
 use ripstop::run::{self, Options, Simulation};
 
@@ -24,14 +24,14 @@ fn shot(sets: &[&str]) -> Case {
 
 fn unit_cell(c: &mut Criterion) {
     let case = shot(&[]);
-    let cell = UnitCellParameters::<f64>::cast::<Published>(&UnitCellParameters::new(&case.fabric));
+    let cell = UnitCellParameters::<f64>::cast::<Sinusoidal>(&UnitCellParameters::new(&case.fabric));
     let rest = [cell.yarn[0].height, cell.yarn[1].height];
     let mut group = c.benchmark_group("unit_cell");
     for (name, stretch) in [("slack", [-1e-3, -1e-3]), ("onset", [1e-4, 0.0]), ("taut", [0.03, 0.02])] {
-        let warm = crossover::solve::<f64, Published>(&cell, stretch, rest, true).height;
+        let warm = crossover::solve::<f64, Sinusoidal>(&cell, stretch, rest, true).height;
         let moved = [stretch[0] + 2e-5, stretch[1] - 1e-5];
         group.bench_function(name, |b| {
-            b.iter(|| crossover::solve::<f64, Published>(&cell, black_box(moved), black_box(warm), true));
+            b.iter(|| crossover::solve::<f64, Sinusoidal>(&cell, black_box(moved), black_box(warm), true));
         });
     }
 }

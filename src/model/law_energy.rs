@@ -10,11 +10,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use rayon::prelude::*;
 
-use crate::case::Law;
 use crate::num::scalar::{Real, Scalar};
 use crate::physics::crossover::{cell_energy, solve};
 use crate::physics::unit_cell_parameters::UnitCellParameters;
-use crate::physics::yarn_law::{LawKernel, Published};
+use crate::physics::yarn_law::{SineLaw, Sinusoidal};
 
 /// Places along each axis of the table.
 pub const COUNT: usize = 40;
@@ -54,7 +53,7 @@ impl LawEnergy {
         let low = range.map(|[low, _]| low);
         let per_stretch = range.map(|[low, high]| steps / (high - low));
         let at = |axis: usize, index: usize| low[axis] + index as f64 / per_stretch[axis];
-        let value = |index: usize| law_share::<Published>(cell, [at(0, index / COUNT), at(1, index % COUNT)]);
+        let value = |index: usize| law_share(cell, [at(0, index / COUNT), at(1, index % COUNT)]);
         Some(Self { low, per_stretch, values: (0..COUNT * COUNT).into_par_iter().map(value).collect() })
     }
 
@@ -84,9 +83,9 @@ impl LawEnergy {
 }
 
 /// (U − W)/U on the straight way from rest.
-fn law_share<L: LawKernel>(cell: &UnitCellParameters<f64>, stretch: [f64; 2]) -> f64 {
+fn law_share(cell: &UnitCellParameters<f64>, stretch: [f64; 2]) -> f64 {
     let rest = cell.yarn.map(|yarn| yarn.height);
-    let at = |part: f64, warm: [f64; 2]| solve::<f64, L>(cell, stretch.map(|s| part * s), warm, true);
+    let at = |part: f64, warm: [f64; 2]| solve::<f64, Sinusoidal>(cell, stretch.map(|s| part * s), warm, true);
     let end = at(1.0, rest);
     let stored = cell_energy(cell, &end.tension, &end.strain, end.force);
     if stored <= 0.0 {
@@ -117,8 +116,8 @@ const KEPT: usize = 16;
 static LAST: Mutex<VecDeque<(UnitCellParameters<f64>, Arc<LawEnergy>)>> = Mutex::new(VecDeque::new());
 
 /// Table of a cell; `None` where the law is the slope of an energy, or a yarn is absent.
-pub(super) fn table_of(law: Law, cell: &UnitCellParameters<f64>) -> Option<Arc<LawEnergy>> {
-    if law != Law::Published {
+pub(super) fn table_of(cell: &UnitCellParameters<f64>) -> Option<Arc<LawEnergy>> {
+    if cell.yarn[0].law != SineLaw::Published {
         return None;
     }
     let entries = || LAST.lock().unwrap_or_else(PoisonError::into_inner);
@@ -138,7 +137,6 @@ pub(super) fn table_of(law: Law, cell: &UnitCellParameters<f64>) -> Option<Arc<L
 mod tests {
     use super::*;
     use crate::case;
-    use crate::physics::yarn_law::Variational;
 
     fn cell() -> UnitCellParameters<f64> {
         UnitCellParameters::new(&crate::case::shipped(&[]).fabric)
@@ -146,11 +144,11 @@ mod tests {
 
     #[test]
     fn a_law_that_is_a_slope_has_none_and_the_published_one_has() {
-        let cell = cell();
-        assert!(table_of(Law::Variational, &cell).is_none());
+        let (cell, variational) = (cell(), cell_of("/fabric/crossover/law=variational"));
+        assert!(table_of(&variational).is_none());
         for stretch in [[0.01, 0.0], [0.02, 0.02], [0.04, 0.01]] {
-            let conserved = law_share::<Variational>(&cell, stretch).abs();
-            let published = law_share::<Published>(&cell, stretch).abs();
+            let conserved = law_share(&variational, stretch).abs();
+            let published = law_share(&cell, stretch).abs();
             assert!(conserved < 0.05 * published && published < 0.3, "{stretch:?}: {conserved} {published}");
         }
     }
@@ -160,7 +158,7 @@ mod tests {
         let cell = cell();
         let Some(table) = LawEnergy::new(&cell) else { unreachable!("the published law has a table") };
         for stretch in [[0.004, 0.003], [0.011, 0.002], [0.013, 0.017], [0.03, 0.012], [0.05, -0.01]] {
-            let exact = law_share::<Published>(&cell, stretch);
+            let exact = law_share(&cell, stretch);
             assert!((table.at(stretch) - exact).abs() < 0.02, "{stretch:?}: {} {exact}", table.at(stretch));
         }
         // Slack, and beyond the table: what is nearest.
@@ -173,10 +171,10 @@ mod tests {
         for stretch in [[0.02, 0.02], [0.04, 0.01], [0.015, 0.035], [0.05, -0.01]] {
             let (mut warm, mut work) = (cell.yarn.map(|yarn| yarn.height), 0.0);
             let steps = 2000;
-            let mut end = solve::<f64, Published>(&cell, [0.0; 2], warm, true);
+            let mut end = solve::<f64, Sinusoidal>(&cell, [0.0; 2], warm, true);
             for step in 1..=steps {
                 let next = stretch.map(|s| s * f64::from(step) / f64::from(steps));
-                let there = solve::<f64, Published>(&cell, next, warm, true);
+                let there = solve::<f64, Sinusoidal>(&cell, next, warm, true);
                 for i in 0..2 {
                     let mean = 0.5 * (there.in_plane[i] + end.in_plane[i]);
                     work += mean * 2.0 * cell.yarn[i].half_span * stretch[i] / f64::from(steps);
@@ -184,10 +182,10 @@ mod tests {
                 (warm, end) = (there.height, there);
             }
             let stored = cell_energy(&cell, &end.tension, &end.strain, end.force);
-            let share = law_share::<Published>(&cell, stretch);
+            let share = law_share(&cell, stretch);
             assert!((share - (1.0 - work / stored)).abs() < 1e-3, "{stretch:?}: {share} {}", 1.0 - work / stored);
         }
-        assert_eq!(law_share::<Published>(&cell, [-0.01, 0.0]), 0.0);
+        assert_eq!(law_share(&cell, [-0.01, 0.0]), 0.0);
     }
 
     fn cell_of(set: &str) -> UnitCellParameters<f64> {
@@ -196,16 +194,14 @@ mod tests {
 
     #[test]
     fn models_share_the_table_of_their_cell_and_no_other() {
-        let law = Law::Published;
         for set in ["/fabric/warp/crimp=0.02", "/fabric/warp/crimp=0.021", "/fabric/weft/modulus_gpa=90"] {
             let cell = cell_of(set);
-            let [first, again] = [table_of(law, &cell), table_of(law, &cell)];
+            let [first, again] = [table_of(&cell), table_of(&cell)];
             assert!(
                 first.as_ref().zip(again.as_ref()).is_some_and(|(first, again)| Arc::ptr_eq(first, again)),
                 "{set}"
             );
             assert_eq!(first.as_deref(), LawEnergy::new(&cell).as_ref(), "{set}");
         }
-        assert!(table_of(Law::Variational, &cell_of("/fabric/warp/crimp=0.02")).is_none());
     }
 }

@@ -11,12 +11,13 @@ pub mod ply_type;
 pub mod time_step;
 pub mod unit_cell_curve;
 
-use crate::case::{Case, ContactSampling, Law, Symmetry};
+use crate::case::{Case, ContactSampling, Symmetry};
 use crate::num::scalar::Scalar;
 use crate::physics::arc_length::MAX_TERMS;
 use crate::physics::projectile_body::Body;
 use crate::physics::rigid_body::MirrorPlanes;
 use crate::physics::rigid_body::RigidBody;
+use crate::physics::yarn_law::SineLaw;
 use failure_criterion::Strength;
 use mesh::Grid;
 use ply_type::PlyType;
@@ -238,11 +239,11 @@ impl<S: Scalar> Model<S> {
 }
 
 /// Features of a scene: terms of the model that it has. A device leaves the others out.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Features {
-    /// Unit-cell law.
-    pub law: Law,
+    /// Forces of the yarns.
+    pub law: SineLaw,
     /// The yarn whose height is the unknown of the unit cell: 0 warp, 1 weft.
     pub pivot: usize,
     /// Terms of the arc length series.
@@ -288,7 +289,7 @@ impl Features {
         let any = |has: &dyn Fn(&PlyType<S>) -> bool| ply_types.iter().any(has);
         let (first, projectile) = (&ply_types[0], model.projectile.as_ref());
         Self {
-            law: first.law,
+            law: first.cell.yarn[0].law,
             pivot: first.cell.pivot,
             series: first.cell.yarn.iter().map(|yarn| yarn.terms).max().unwrap_or(MAX_TERMS),
             compression: any(&|t| t.cell.compression[0] > 0.0),

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::case::{Case, Edge, Edges, Fabric, Law, Layer, Solver, StretchSampling};
+use crate::case::{Case, Edge, Edges, Fabric, Layer, Solver, StretchSampling};
 use crate::model::failure_criterion::{StencilRadius, Windows, breadth};
 use crate::model::law_energy::LawEnergy;
 use crate::model::mesh::{Grid, Mesh};
@@ -14,7 +14,7 @@ use crate::physics::kinematics::ElementConstants;
 use crate::physics::membrane::ShearConstants;
 use crate::physics::rigid_body::MirrorPlanes;
 use crate::physics::unit_cell_parameters::UnitCellParameters;
-use crate::physics::yarn_law::LawKernel;
+use crate::physics::yarn_law::Sinusoidal;
 
 /// Constants of alike plies in the number type of the state.
 #[derive(Clone, Debug)]
@@ -23,8 +23,6 @@ pub struct PlyType<S> {
     pub mesh: Mesh,
     /// Unit cell, double precision.
     pub cell: UnitCellParameters<f64>,
-    /// Unit-cell law.
-    pub law: Law,
     /// Element constants, double precision.
     pub element: ElementConstants<f64>,
     /// Whether the fabric has trellis shear.
@@ -79,7 +77,6 @@ impl<S: Scalar> PlyType<S> {
         }
         let cell = UnitCellParameters::new(fabric);
         let element = element_constants(fabric, length, &case.solver, &cell);
-        let law = fabric.crossover.law;
         let edges = layup::cut_edges(&mesh, layer.edges);
         let bound = StepBound::new(length, fabric.areal_density, &element, case.solver.shock_viscosity);
         let viscous = case.solver.shock_viscosity > 0.0;
@@ -92,12 +89,12 @@ impl<S: Scalar> PlyType<S> {
         let failure_reach = StencilRadius::new(&mesh, case.solver.failure_length, breadth(&mesh, &cell));
         Ok(Self {
             bound,
-            initial: crate::with_law!(law, L => stretch_of_pretension::<L>(pack, &cell)?),
+            initial: stretch_of_pretension(pack, &cell)?,
             mass: row_kinds(&mesh)
                 .into_iter()
                 .map(|row| row_masses(&mesh, fabric.areal_density, &edges, row))
                 .collect(),
-            law_energy: law_energy::table_of(law, &cell),
+            law_energy: law_energy::table_of(&cell),
             columns: Columns::new(&mesh),
             viscous,
             windows: failure_reach.windows(&mesh),
@@ -110,7 +107,6 @@ impl<S: Scalar> PlyType<S> {
             edges,
             mesh,
             cell,
-            law,
             element,
         })
     }
@@ -134,8 +130,8 @@ impl<S: Scalar> PlyType<S> {
     }
 
     /// Element constants in the precision of a kernel.
-    pub fn constants<T: Scalar, L: LawKernel>(&self) -> ElementConstants<T> {
-        self.element.map(UnitCellParameters::cast::<L>(&self.cell), T::splat)
+    pub fn constants<T: Scalar>(&self) -> ElementConstants<T> {
+        self.element.map(UnitCellParameters::cast::<Sinusoidal>(&self.cell), T::splat)
     }
 }
 

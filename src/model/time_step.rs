@@ -14,7 +14,7 @@ use crate::physics::crossover;
 use crate::physics::kinematics::ElementConstants;
 use crate::physics::membrane::{LONGEST_LEVER, largest_tangent};
 use crate::physics::unit_cell_parameters::UnitCellParameters;
-use crate::physics::yarn_law::LawKernel;
+use crate::physics::yarn_law::Sinusoidal;
 
 /// The step bound of a fabric's mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -117,10 +117,10 @@ pub struct InitialStretch {
 }
 
 /// Membrane forces per reference length N1, N2 [N/m], yarn strains and heights at a stretch.
-fn membrane<L: LawKernel>(cell: &UnitCellParameters<f64>, stretch: [f64; 2]) -> ([f64; 2], [f64; 2], [f64; 2]) {
+fn membrane(cell: &UnitCellParameters<f64>, stretch: [f64; 2]) -> ([f64; 2], [f64; 2], [f64; 2]) {
     let warm = [cell.yarn[0].height, cell.yarn[1].height];
     // Where a yarn is absent the heights sum up to nothing, and the other one straightens freely.
-    let e = crossover::solve::<f64, L>(cell, stretch, warm, true);
+    let e = crossover::solve::<f64, Sinusoidal>(cell, stretch, warm, true);
     let force = [e.in_plane[0] / (2.0 * cell.yarn[1].half_span), e.in_plane[1] / (2.0 * cell.yarn[0].half_span)];
     (force, e.strain, e.height)
 }
@@ -129,23 +129,20 @@ fn membrane<L: LawKernel>(cell: &UnitCellParameters<f64>, stretch: [f64; 2]) -> 
 ///
 /// # Errors
 /// When no stretch does, or when it would break a yarn.
-pub fn stretch_of_pretension<L: LawKernel>(
-    pack: &Pack,
-    cell: &UnitCellParameters<f64>,
-) -> Result<InitialStretch, ModelError> {
+pub fn stretch_of_pretension(pack: &Pack, cell: &UnitCellParameters<f64>) -> Result<InitialStretch, ModelError> {
     let rest = InitialStretch { stretch: [0.0; 2], height: [cell.yarn[0].height, cell.yarn[1].height] };
     let Some(asked) = pack.pretension else { return Ok(rest) };
     let mut stretch = [0.0; 2];
     // Both membrane forces grow with both stretches, so each direction is bisected, the warp inside the weft.
     let warp = |weft: f64| match asked[0] {
-        Some(n) => bisect(|s| membrane::<L>(cell, [s, weft]).0[0] <= n),
+        Some(n) => bisect(|s| membrane(cell, [s, weft]).0[0] <= n),
         None => 0.0,
     };
     if let Some(n) = asked[1] {
-        stretch[1] = bisect(|s| membrane::<L>(cell, [warp(s), s]).0[1] <= n);
+        stretch[1] = bisect(|s| membrane(cell, [warp(s), s]).0[1] <= n);
     }
     stretch[0] = warp(stretch[1]);
-    let (force, strain, height) = membrane::<L>(cell, stretch);
+    let (force, strain, height) = membrane(cell, stretch);
     for (i, yarn) in ["warp", "weft"].into_iter().enumerate() {
         if let Some(n) = asked[i].filter(|n| (force[i] - n).abs() > 1e-6 * n.max(1.0)) {
             return Err(ModelError::Pretension { yarn, asked: n });
@@ -178,7 +175,6 @@ mod tests {
     use crate::case::{self, Case, Shear, ShearModulus};
     use crate::physics::membrane::ShearConstants;
     use crate::physics::unit_cell_parameters::UnitCellParameters;
-    use crate::physics::yarn_law::Published;
 
     const LX: f64 = 2e-3;
     const LY: f64 = 1.5e-3;
@@ -293,7 +289,7 @@ mod tests {
     fn solved(case: &Case, asked: [Option<f64>; 2]) -> Result<InitialStretch, ModelError> {
         let mut pack = case.pack.clone();
         pack.pretension = Some(asked);
-        stretch_of_pretension::<Published>(&pack, &UnitCellParameters::new(&case.fabric))
+        stretch_of_pretension(&pack, &UnitCellParameters::new(&case.fabric))
     }
 
     #[test]
@@ -311,7 +307,7 @@ mod tests {
                 continue;
             }
             let found = solved(&case, asked).unwrap_or_else(|error| unreachable!("{error}"));
-            let cell_there = crossover::solve::<f64, Published>(&cell, found.stretch, found.height, both);
+            let cell_there = crossover::solve::<f64, Sinusoidal>(&cell, found.stretch, found.height, both);
             // Yarns per length of the other direction's side.
             let counts = [case.fabric.weft.count, case.fabric.warp.count];
             for i in 0..2 {

@@ -2,12 +2,11 @@
 
 use crate::case::{Fabric, Law};
 use crate::num::scalar::Real;
-use crate::physics::arc_length::arc_length;
 use crate::physics::crossover;
 use crate::physics::crossover::Equilibrium;
 use crate::physics::unit_cell_parameters::UnitCellParameters;
 use crate::physics::yarn_law::{
-    LawKernel, Published, SHORTEST, StretchResponse, Variational, YarnConstants, YarnResponse,
+    LawKernel, SHORTEST, SineLaw, Sinusoidal, StretchResponse, YarnConstants, YarnResponse,
 };
 
 /// Unit-cell law of a curve.
@@ -76,12 +75,7 @@ pub fn solve(fabric: &Fabric, warp: &[f64], weft: &[f64]) -> Vec<CurvePoint> {
 
 /// Every pair of these stretches with a law of choice.
 pub fn solve_with(fabric: &Fabric, law: CurveLaw, warp: &[f64], weft: &[f64]) -> Vec<CurvePoint> {
-    let curve = match law {
-        CurveLaw::Published => curve::<Published>,
-        CurveLaw::Projected => curve::<Projected>,
-        CurveLaw::Variational => curve::<Variational>,
-        CurveLaw::Kawabata => curve::<Kawabata>,
-    };
+    let curve = if law == CurveLaw::Kawabata { curve::<Kawabata> } else { curve::<Sinusoidal> };
     curve(&parameters(fabric, law), fabric.warp.present && fabric.weft.present, warp, weft)
 }
 
@@ -97,24 +91,16 @@ fn curve<L: LawKernel>(exact: &UnitCellParameters<f64>, both: bool, warp: &[f64]
 
 /// Constants of a fabric's cell under a law.
 pub fn parameters(fabric: &Fabric, law: CurveLaw) -> UnitCellParameters<f64> {
-    match law {
-        CurveLaw::Kawabata => UnitCellParameters::with_rest_height(fabric, |crimp| (crimp * (2.0 + crimp)).sqrt()),
-        _ => UnitCellParameters::new(fabric),
-    }
-}
-
-/// The paper's law with T cos α as in-plane force.
-#[derive(Clone, Copy, Debug)]
-pub struct Projected;
-
-impl LawKernel for Projected {
-    fn respond<R: Real>(yarn: &YarnConstants<R>, span: &StretchResponse<R>, h: R) -> YarnResponse<R> {
-        Published::respond(yarn, span, h)
-    }
-
-    fn in_plane_factor<R: Real>(yarn: &YarnConstants<R>, span: &StretchResponse<R>, h: R) -> R {
-        arc_length(h * span.rise, yarn.terms).cosine
-    }
+    let law = match law {
+        CurveLaw::Kawabata => {
+            return UnitCellParameters::with_rest_height(fabric, |crimp| (crimp * (2.0 + crimp)).sqrt());
+        }
+        CurveLaw::Published => SineLaw::Published,
+        CurveLaw::Projected => SineLaw::Projected,
+        CurveLaw::Variational => SineLaw::Variational,
+    };
+    let cell = UnitCellParameters::new(fabric);
+    UnitCellParameters { yarn: cell.yarn.map(|yarn| YarnConstants { law, ..yarn }), ..cell }
 }
 
 /// Kawabata's saw-tooth cell.

@@ -12,7 +12,7 @@ use crate::physics::coupled_newton;
 use crate::physics::coupled_newton::Predictor;
 
 pub use crate::physics::unit_cell_parameters::UnitCellParameters;
-pub use crate::physics::yarn_law::{LawKernel, Published, StretchResponse, Variational, YarnConstants, YarnResponse};
+pub use crate::physics::yarn_law::{LawKernel, Sinusoidal, StretchResponse, YarnConstants, YarnResponse};
 
 /// Newton steps allowed; bisection alone needs about 55 in double precision.
 pub const MAX_ITERATIONS: u32 = 80;
@@ -331,7 +331,7 @@ mod tests {
             low + (high - low) * (self.numbers.unit() + 1.0) / 2.0
         }
 
-        fn cell(&mut self, at: usize) -> (Law, UnitCellParameters<f64>) {
+        fn cell(&mut self, at: usize) -> UnitCellParameters<f64> {
             let mut fabric = self.fabric.clone();
             fabric.crossover.law = [Law::Published, Law::Variational][at % 2];
             for yarn in [&mut fabric.warp, &mut fabric.weft] {
@@ -342,15 +342,15 @@ mod tests {
             let a = self.between(2e-5, 2e-4);
             let compression = Compression { a, b: a * self.between(0.3, 3.0) };
             fabric.crossover.compression = (!(at / 4).is_multiple_of(3)).then_some(compression);
-            (fabric.crossover.law, UnitCellParameters::new(&fabric))
+            UnitCellParameters::new(&fabric)
         }
     }
 
     /// Contact force by halving the range of the pivot's height: 0 where both yarns are slack.
-    fn by_bisection<L: LawKernel>(cell: &UnitCellParameters<f64>, stretch: [f64; 2]) -> f64 {
+    fn by_bisection(cell: &UnitCellParameters<f64>, stretch: [f64; 2]) -> f64 {
         let (p, o) = (cell.pivot, 1 - cell.pivot);
         let (mut low, mut high) = (0.0, cell.height_sum);
-        let respond = |yarn: usize, height: f64| L::yarn(&cell.yarn[yarn], stretch[yarn], height);
+        let respond = |yarn: usize, height: f64| Sinusoidal::yarn(&cell.yarn[yarn], stretch[yarn], height);
         for _ in 0..100 {
             let x = 0.5 * (low + high);
             let pivot = respond(p, x);
@@ -362,24 +362,24 @@ mod tests {
     }
 
     /// Solves a cell by the safeguarded iteration alone, which [`solve`] takes where the fast one fails.
-    fn by_safeguarded<L: LawKernel>(
+    fn by_safeguarded(
         cell: &UnitCellParameters<f64>,
         stretch: [f64; 2],
         warm: [f64; 2],
         both: bool,
     ) -> Equilibrium<f64> {
-        let span = [0, 1].map(|i: usize| L::span(&cell.yarn[i], stretch[i]));
+        let span = [0, 1].map(|i: usize| Sinusoidal::span(&cell.yarn[i], stretch[i]));
         let (mut active, mut iterations) = (both, 0.0);
         let start = warm[cell.pivot].clamp(0.0, cell.height_sum);
-        let best = CellPoint::at::<L>(cell, &span, start);
-        let (x, best) = safeguarded::<f64, L>(cell, &span, start, best, &mut active, &mut iterations);
+        let best = CellPoint::at::<Sinusoidal>(cell, &span, start);
+        let (x, best) = safeguarded::<f64, Sinusoidal>(cell, &span, start, best, &mut active, &mut iterations);
         let force = best.pivot.real_force();
         let mut out = Equilibrium {
             height: [x; 2],
             force,
             residual: (force - best.other.real_force()).abs(),
             converged: !active,
-            ..solve::<f64, L>(cell, stretch, warm, both)
+            ..solve::<f64, Sinusoidal>(cell, stretch, warm, both)
         };
         out.height[1 - cell.pivot] = best.other_height;
         out
@@ -395,17 +395,15 @@ mod tests {
     ) {
         let mut random = Random::new(seed);
         for at in 0..count as usize {
-            let (law, cell) = random.cell(at);
+            let cell = random.cell(at);
             let stretch = [0, 1].map(|_| random.between(-0.01, 0.06));
             let anywhere = [0, 1].map(|_| random.between(-0.1, 1.1) * cell.height_sum);
             let moved = stretch.map(|s| s + random.between(-1e-4, 1e-4));
-            crate::with_law!(law, L => {
-                let solve = if newton { solve::<f64, L> } else { by_safeguarded::<L> };
-                let warm = if near { solve(&cell, moved, anywhere, true).height } else { anywhere };
-                let got = solve(&cell, stretch, warm, true);
-                let there = [0, 1].map(|i| L::yarn(&cell.yarn[i], stretch[i], got.height[i]));
-                see(&cell, there, got, by_bisection::<L>(&cell, stretch));
-            });
+            let solve = if newton { solve::<f64, Sinusoidal> } else { by_safeguarded };
+            let warm = if near { solve(&cell, moved, anywhere, true).height } else { anywhere };
+            let got = solve(&cell, stretch, warm, true);
+            let there = [0, 1].map(|i| Sinusoidal::yarn(&cell.yarn[i], stretch[i], got.height[i]));
+            see(&cell, there, got, by_bisection(&cell, stretch));
         }
     }
 
@@ -431,7 +429,7 @@ mod tests {
     fn what_a_crossover_stores_is_the_work_of_its_force() {
         let mut random = Random::new(53);
         for at in 0..200 {
-            let (_, cell) = random.cell(4 + at % 4);
+            let cell = random.cell(4 + at % 4);
             let [a, b, offset] = cell.compression;
             let force = offset.max(1e-3) * 10.0_f64.powf(random.between(-2.0, 3.0));
             let energy = |force: f64| compression_energy(&cell, force);

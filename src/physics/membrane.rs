@@ -304,11 +304,10 @@ mod tests {
     use crate::case;
     use crate::model::Model;
     use crate::physics::kinematics::kinematics;
-    use crate::physics::yarn_law::Published;
 
     fn constants() -> ElementConstants<f64> {
         let model = Model::<f64>::new(&case::shipped(&["/expect=[]"]));
-        model.unwrap_or_else(|error| unreachable!("{error}")).ply_types[0].constants::<f64, Published>()
+        model.unwrap_or_else(|error| unreachable!("{error}")).ply_types[0].constants::<f64>()
     }
 
     #[test]

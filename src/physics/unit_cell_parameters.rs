@@ -1,9 +1,9 @@
 //! Constants of the unit cell, from the fabric and for each number type: (12), (14), (15).
 
-use crate::case::Fabric;
+use crate::case::{Fabric, Law};
 use crate::num::scalar::{Real, Scalar, each, is_double};
 use crate::physics::arc_length::{MAX_TERMS, arc_length, terms_for};
-use crate::physics::yarn_law::{LawKernel, YarnConstants};
+use crate::physics::yarn_law::{LawKernel, SineLaw, YarnConstants};
 
 /// Stands for the failure strain of a yarn that does not break.
 pub(crate) const NEVER: f64 = 1e30;
@@ -53,6 +53,7 @@ impl UnitCellParameters<f64> {
             slack_slope: 0.0,
             per_rest: 1.0 / (1.0 + y.crimp),
             terms: MAX_TERMS,
+            law: if fabric.crossover.law == Law::Variational { SineLaw::Variational } else { SineLaw::Published },
         });
         let both = fabric.warp.present && fabric.weft.present;
         let height_sum = if both { (yarn[0].height + yarn[1].height - fabric.crossover.gap).max(0.0) } else { 0.0 };
@@ -133,6 +134,7 @@ impl<S: Scalar> UnitCellParameters<S> {
                 slack_slope: to(y.slack_slope),
                 per_rest: to(y.per_rest),
                 terms: y.terms,
+                law: y.law,
             }),
             height_sum: to(self.height_sum),
             compression: self.compression.map(&to),

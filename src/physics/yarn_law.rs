@@ -1,12 +1,23 @@
 //! One yarn of the unit cell: tension and contact force for a given stretch and height, (13)–(19), for every law.
 //!
-//! A law is a type, so that the choice is made once, outside the loops; [`with_law!`](crate::with_law) makes it.
+//! The form of a yarn is a type, a sine in every run; what its forces are is a constant of the yarn, so that kernels are compiled once for all.
 
 use crate::num::scalar::Real;
-use crate::physics::arc_length::{ArcLength, arc_length};
+use crate::physics::arc_length::arc_length;
 
 /// Span or leg over its rest length below which a collapsed cell is not followed: slack, but finite.
 pub const SHORTEST: f64 = 1e-9;
+
+/// Forces of a yarn on a sine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SineLaw {
+    /// The paper's, with the tension T in the plane.
+    Published,
+    /// The paper's, with T cos α in the plane.
+    Projected,
+    /// Conjugate to the arc length.
+    Variational,
+}
 
 /// Constants of one yarn in the cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,6 +38,8 @@ pub struct YarnConstants<R> {
     pub per_rest: R,
     /// Terms of the arc length series that matter while this yarn can be taut.
     pub terms: usize,
+    /// Its forces, where it is a sine.
+    pub law: SineLaw,
 }
 
 /// Response of one yarn at a given height.
@@ -125,98 +138,45 @@ pub trait LawKernel: Copy + Send + Sync + 'static {
     }
 }
 
-/// The paper's law.
+/// A yarn on a sine, with the forces of its [`SineLaw`].
 #[derive(Clone, Copy, Debug)]
-pub struct Published;
+pub struct Sinusoidal;
 
-/// Forces conjugate to the arc length.
-#[derive(Clone, Copy, Debug)]
-pub struct Variational;
-
-/// State of the sinusoidal yarn shared by the published and variational laws.
-struct Sinusoid<R: Real> {
-    arc: ArcLength<R>,
-    k: R,
-    strain: R,
-    tension: R,
-    taut: R::Mask,
-    /// dε/dh [1/m].
-    dstrain: R,
-}
-
-#[inline(always)]
-fn sinusoid<R: Real>(yarn: &YarnConstants<R>, span: &StretchResponse<R>, h: R) -> Sinusoid<R> {
-    let k = h * span.rise;
-    let arc = arc_length(k, yarn.terms);
-    let strain = span.scale.fused(arc.excess, span.straight);
-    let taut = h.zero().lt(strain);
-    let tension = yarn.tension(strain);
-    let dstrain = span.scale * span.rise * arc.slope;
-    Sinusoid { arc, k, strain, tension, taut, dstrain }
-}
-
-impl<R: Real> Sinusoid<R> {
-    /// The response with the contact force of a taut yarn, continued to slack ones.
+impl LawKernel for Sinusoidal {
     #[inline(always)]
-    fn response(&self, yarn: &YarnConstants<R>, force: R, stiffness: R) -> YarnResponse<R> {
+    fn respond<R: Real>(yarn: &YarnConstants<R>, span: &StretchResponse<R>, h: R) -> YarnResponse<R> {
+        let k = h * span.rise;
+        let arc = arc_length(k, yarn.terms);
+        let strain = span.scale.fused(arc.excess, span.straight);
+        let taut = h.zero().lt(strain);
+        let tension = yarn.tension(strain);
+        let growth = span.scale * span.rise * arc.slope;
+        let (force, stiffness) = if yarn.law == SineLaw::Variational {
+            let pi = h.splat_like(std::f64::consts::PI);
+            let stiffness = pi * (arc.curvature * span.rise * tension + arc.slope * (yarn.stiffness * growth));
+            (pi * arc.slope * tension, stiffness)
+        } else {
+            let cosine = arc.cosine;
+            let twice = h.splat_like(2.0) * cosine;
+            let sine = twice * k;
+            let turning = tension * (twice * cosine.squared() * span.rise);
+            (tension * sine, (yarn.stiffness * growth).fused(sine, turning))
+        };
         YarnResponse {
-            strain: self.strain,
-            force: R::select(self.taut, force, yarn.slack_slope * self.strain),
-            stiffness: R::select(self.taut, stiffness, yarn.slack_slope * self.dstrain),
-            growth: self.dstrain,
+            strain,
+            force: R::select(taut, force, yarn.slack_slope * strain),
+            stiffness: R::select(taut, stiffness, yarn.slack_slope * growth),
+            growth,
         }
     }
-}
 
-impl LawKernel for Published {
-    #[inline(always)]
-    fn respond<R: Real>(yarn: &YarnConstants<R>, span: &StretchResponse<R>, h: R) -> YarnResponse<R> {
-        let s = sinusoid(yarn, span, h);
-        let cosine = s.arc.cosine;
-        let twice = h.splat_like(2.0) * cosine;
-        let sine = twice * s.k;
-        let force = s.tension * sine;
-        let turning = s.tension * (twice * cosine.squared() * span.rise);
-        let stiffness = (yarn.stiffness * s.dstrain).fused(sine, turning);
-        s.response(yarn, force, stiffness)
-    }
-    #[inline(always)]
-    fn in_plane_factor<R: Real>(_: &YarnConstants<R>, _: &StretchResponse<R>, h: R) -> R {
-        h.one()
-    }
-}
-
-impl LawKernel for Variational {
-    #[inline(always)]
-    fn respond<R: Real>(yarn: &YarnConstants<R>, span: &StretchResponse<R>, h: R) -> YarnResponse<R> {
-        let s = sinusoid(yarn, span, h);
-        let pi = h.splat_like(std::f64::consts::PI);
-        let force = pi * s.arc.slope * s.tension;
-        let growth = yarn.stiffness * s.dstrain;
-        let stiffness = pi * (s.arc.curvature * span.rise * s.tension + s.arc.slope * growth);
-        s.response(yarn, force, stiffness)
-    }
     #[inline(always)]
     fn in_plane_factor<R: Real>(yarn: &YarnConstants<R>, span: &StretchResponse<R>, h: R) -> R {
-        let s = sinusoid(yarn, span, h);
-        h.one() + s.arc.excess - s.k * s.arc.slope
-    }
-}
-
-/// Calls `$body` with `$law` bound to the kernel type of a [`Law`](crate::case::Law): the one place where the choice is made.
-#[doc(hidden)]
-#[macro_export]
-macro_rules! with_law {
-    ($which:expr, $law:ident => $body:expr) => {{
-        match $which {
-            $crate::case::Law::Published => {
-                type $law = $crate::physics::yarn_law::Published;
-                $body
-            }
-            $crate::case::Law::Variational => {
-                type $law = $crate::physics::yarn_law::Variational;
-                $body
-            }
+        if yarn.law == SineLaw::Published {
+            return h.one();
         }
-    }};
+        let k = h * span.rise;
+        let arc = arc_length(k, yarn.terms);
+        if yarn.law == SineLaw::Projected { arc.cosine } else { h.one() + arc.excess - k * arc.slope }
+    }
 }

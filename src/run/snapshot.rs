@@ -12,7 +12,7 @@ use crate::physics::kinematics::{ElementConstants, ElementGeometry};
 use crate::physics::kinematics::{differences, kinematics};
 use crate::physics::membrane::arc_sine;
 use crate::physics::rigid_body::Cut;
-use crate::physics::yarn_law::LawKernel;
+use crate::physics::yarn_law::Sinusoidal;
 use crate::run::View;
 use crate::solver::element_totals::field as element_field;
 use crate::solver::node_update::field as node_field;
@@ -130,19 +130,17 @@ fn copy<S: Scalar>(from: &Rows<S>, rows: Range<usize>, fields: Range<usize>, col
 fn fill<S: Scalar>(model: &Model<S>, plies: &[Patch<S>], scene: &Scene, frame: &mut Frame) {
     for (ply, patch) in plies.iter().enumerate() {
         let (ply_type, whole) = (model.ply_type(ply), &scene.plies[ply]);
-        crate::with_law!(ply_type.law, L => {
-            let constants = ply_type.constants::<S, L>();
-            let start = Before { height: ply_type.initial.height.map(S::splat), alive: ply_type.present };
-            // What nothing has reached is flat; what started otherwise counts as reached.
-            let rest = read::<S, L>(&constants, [1.0; 2], &[[S::splat(0.0); 4]; 3], start);
-            (0..whole.elements()).for_each(|at| put(frame, whole.first_element + at, &rest, 1.0));
-            fill_elements::<S, L>(patch, &constants, &ply_type.mesh, whole, frame);
-        });
+        let constants = ply_type.constants::<S>();
+        let start = Before { height: ply_type.initial.height.map(S::splat), alive: ply_type.present };
+        // What nothing has reached is flat; what started otherwise counts as reached.
+        let rest = read(&constants, [1.0; 2], &[[S::splat(0.0); 4]; 3], start);
+        (0..whole.elements()).for_each(|at| put(frame, whole.first_element + at, &rest, 1.0));
+        fill_elements(patch, &constants, &ply_type.mesh, whole, frame);
         fill_nodes(patch, &ply_type.mesh, whole, frame);
     }
 }
 
-fn fill_elements<S: Scalar, L: LawKernel>(
+fn fill_elements<S: Scalar>(
     patch: &Patch<S>,
     constants: &ElementConstants<S>,
     mesh: &Mesh,
@@ -154,7 +152,7 @@ fn fill_elements<S: Scalar, L: LawKernel>(
         for column in 0..patch.columns.len() {
             let size = mesh.widths(patch.rows.start + row, patch.columns.start + column);
             let before = patch.before(row, column);
-            let reading = read::<S, L>(constants, size, &patch.corners(row, column), before);
+            let reading = read(constants, size, &patch.corners(row, column), before);
             for (row, row_sign) in up.of(patch.rows.start + row) {
                 for (column, column_sign) in across.of(patch.columns.start + column) {
                     let at = whole.first_element + row * whole.columns + column;
@@ -223,7 +221,7 @@ struct Before<S> {
 
 /// Unit cell of an element, solved at the positions of the frame as the next step would. Its size is over that of the finest; the displacements
 /// of its corners [m] are components of corners, counter-clockwise.
-fn read<S: Scalar, L: LawKernel>(
+fn read<S: Scalar>(
     constants: &ElementConstants<S>,
     [width, height]: [f64; 2],
     corners: &[[S; 4]; 3],
@@ -237,7 +235,7 @@ fn read<S: Scalar, L: LawKernel>(
     let [ux, uy, uz] = each!(a in 3 => differences(&corners[a]));
     let size = ElementGeometry::of_row(constants, height).of_columns(S::splat(width), S::splat(1.0 / width));
     let k = kinematics(&size, [&ux, &uy, &uz]);
-    let cell = crossover::solve::<S, L>(&constants.cell, k.extension, before.height, was_warp && was_weft);
+    let cell = crossover::solve::<S, Sinusoidal>(&constants.cell, k.extension, before.height, was_warp && was_weft);
     let yarn = &constants.cell.yarn;
     let alive = before.alive;
     let both = alive[0] && alive[1];

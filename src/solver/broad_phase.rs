@@ -13,7 +13,7 @@ use crate::physics::ply_contact::{Clearance, Planes, SLOP, is_certainly_apart, s
 use crate::solver::ply_search::{PlySearch, ROWS, SearchPart};
 
 /// Appends rows and columns of the nodes that may touch to the candidates, in order: in the precision of the state on numbers like `n`, in
-/// double precision on numbers like `d`. Compiled once for all laws.
+/// double precision on numbers like `d`. Compiled once.
 #[inline(never)]
 pub(super) fn broad_phase<R: Real, D: Real<Scalar = f64>>((n, d): (R, D), part: &mut SearchPart<'_, R::Scalar>) {
     n.vectorize(

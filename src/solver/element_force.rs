@@ -17,7 +17,7 @@ use crate::physics::crossover::Equilibrium;
 use crate::physics::kinematics::{ElementConstants, ElementGeometry};
 use crate::physics::kinematics::{Growth, Kinematics, Vector, differences, kinematics};
 use crate::physics::membrane::{FadedShear, membrane, mode_force, trellis_shear, viscous};
-use crate::physics::yarn_law::LawKernel;
+use crate::physics::yarn_law::Sinusoidal;
 use crate::solver::element_totals::{ElementRow, ElementTotals, RowMaxima, RowSums, corners, energies, field, release};
 
 /// Life of a yarn that is to break in this step.
@@ -28,7 +28,7 @@ pub const BROKEN: f64 = -1.0;
 /// Computes the columns asked for of one row of elements, from the last multiple of `R::LANES` before them on: columns beyond are at rest
 /// and stay so, or are padding. `shear`: the fabric resists trellis shear.
 #[inline(always)]
-pub fn element_force<R: Real, L: LawKernel>(
+pub fn element_force<R: Real>(
     c: &ElementConstants<R>,
     shear: bool,
     row: &mut ElementRow<'_, R::Scalar>,
@@ -48,7 +48,7 @@ pub fn element_force<R: Real, L: LawKernel>(
         let intact = each!(i in 2 => n.load(row.element[field::ALIVE + i], at));
         let [warp, weft] = YarnsLeft::were_alive(intact);
         let both = warp & weft;
-        let cell = equilibrium::<R, L>(c, row, &motion, both, at, step);
+        let cell = equilibrium(c, row, &motion, both, at, step);
         let yarns = YarnsLeft::evaluate(c, &motion.k.extension, intact);
         let strain = yarns.store_strains(&mut row.strain, &cell, at);
         maxima.strain = each!(i in 2 => maxima.strain[i].max(strain[i]));
@@ -173,7 +173,7 @@ impl<R: Real> Motion<R> {
 
 /// Equilibrium of the cells, from the heights predicted for them. Keeps what predicts the next ones.
 #[inline(always)]
-pub(super) fn equilibrium<R: Real, L: LawKernel>(
+pub(super) fn equilibrium<R: Real>(
     c: &ElementConstants<R>,
     row: &mut ElementRow<'_, R::Scalar>,
     motion: &Motion<R>,
@@ -188,7 +188,7 @@ pub(super) fn equilibrium<R: Real, L: LawKernel>(
         force_share: each!(i in 2 => dt.load(row.element[field::PREDICTOR + 2 + i], at)),
     };
     let warm = predictor.heights(warm, Growth::new(size, k, v, dt).stretching(k));
-    let cell = crossover::solve::<R, L>(&c.cell, k.extension, warm, both);
+    let cell = crossover::solve::<R, Sinusoidal>(&c.cell, k.extension, warm, both);
     for i in 0..2 {
         cell.predictor.dh_dstretch[i].store(row.element[field::PREDICTOR + i], at);
         cell.predictor.force_share[i].store(row.element[field::PREDICTOR + 2 + i], at);

@@ -97,7 +97,7 @@ pub struct NodeTotals {
     pub max_speed_squared: f64,
 }
 
-/// Advances a part of one row of nodes, as many like `n` at a time as that holds: v += kick·f/m, u += drift·v. Compiled once for all laws.
+/// Advances a part of one row of nodes, as many like `n` at a time as that holds: v += kick·f/m, u += drift·v. Compiled once.
 #[inline(never)]
 pub fn node_update<R: Real>(n: R, pass: &NodePass<'_, R::Scalar>, node: &mut NodeRow<'_, R::Scalar>) -> NodeTotals {
     n.vectorize(

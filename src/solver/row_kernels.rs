@@ -1,14 +1,11 @@
 //! The kernels of a ply type that go row by row, compiled for the vectors of this processor.
 
-use std::marker::PhantomData;
-
 use crate::model::ply_type::PlyType;
 use crate::num::scalar::{Real, Scalar};
 #[cfg(not(feature = "quick-build"))]
 use crate::num::simd::Pair;
 use crate::num::simd::Vectors;
 use crate::physics::kinematics::ElementConstants;
-use crate::physics::yarn_law::LawKernel;
 use crate::solver::broad_phase::broad_phase;
 use crate::solver::element_force::element_force;
 use crate::solver::element_totals::{ElementRow, ElementTotals};
@@ -27,25 +24,23 @@ pub trait RowKernels<S: Scalar>: Send + Sync {
     fn broad_phase(&self, part: &mut SearchPart<'_, S>);
 }
 
-/// The kernels of a ply type with law `L`: on numbers like `R`, in the broad phase on numbers like `P` and, in double precision, `D`.
-struct Compiled<R: Real, P, D, L> {
+/// The kernels of a ply type: on numbers like `R`, in the broad phase on numbers like `P` and, in double precision, `D`.
+struct Compiled<R: Real, P, D> {
     constants: ElementConstants<R>,
     shear: bool,
     broad: (P, D),
-    law: PhantomData<L>,
 }
 
-impl<R, P, D, L> RowKernels<R::Scalar> for Compiled<R, P, D, L>
+impl<R, P, D> RowKernels<R::Scalar> for Compiled<R, P, D>
 where
     R: Real + Send + Sync,
     P: Real<Scalar = R::Scalar> + Send + Sync,
     D: Real<Scalar = f64> + Send + Sync,
-    L: LawKernel,
 {
     fn elements(&self, row: &mut ElementRow<'_, R::Scalar>, totals: &mut ElementTotals) {
         self.constants.area.vectorize(
             #[inline(always)]
-            || element_force::<R, L>(&self.constants, self.shear, row, totals),
+            || element_force(&self.constants, self.shear, row, totals),
         );
     }
 
@@ -69,7 +64,21 @@ macro_rules! kernel_scalar {
         impl KernelScalar for $scalar {
             #[inline(never)]
             fn kernels(ply_type: &PlyType<Self>, vectors: Vectors) -> Box<dyn RowKernels<Self>> {
-                crate::with_law!(ply_type.law, L => of_law::<Self, L>(ply_type, vectors))
+                match vectors {
+                    Vectors::None => compiled(ply_type, Self::splat(0.0), (Self::splat(0.0), 0.0)),
+                    #[cfg(target_arch = "x86_64")]
+                    Vectors::Avx512(simd) => {
+                        compiled(ply_type, Self::many(simd), (Self::lanes(simd), f64::lanes(simd)))
+                    }
+                    #[cfg(all(target_arch = "x86_64", not(feature = "quick-build")))]
+                    Vectors::Avx2(simd) => {
+                        compiled(ply_type, Pair::of(Self::lanes(simd)), (Self::lanes(simd), f64::lanes(simd)))
+                    }
+                    #[cfg(target_arch = "aarch64")]
+                    Vectors::Neon(simd) => {
+                        compiled(ply_type, Pair::of(Self::lanes(simd)), (Self::lanes(simd), f64::lanes(simd)))
+                    }
+                }
             }
         }
     };
@@ -78,30 +87,13 @@ macro_rules! kernel_scalar {
 kernel_scalar!(f64);
 kernel_scalar!(f32);
 
-fn of_law<S: Scalar, L: LawKernel>(ply_type: &PlyType<S>, vectors: Vectors) -> Box<dyn RowKernels<S>> {
-    match vectors {
-        Vectors::None => compiled::<S, _, _, L>(ply_type, S::splat(0.0), (S::splat(0.0), 0.0)),
-        #[cfg(target_arch = "x86_64")]
-        Vectors::Avx512(simd) => compiled::<_, _, _, L>(ply_type, S::many(simd), (S::lanes(simd), f64::lanes(simd))),
-        #[cfg(all(target_arch = "x86_64", not(feature = "quick-build")))]
-        Vectors::Avx2(simd) => {
-            compiled::<_, _, _, L>(ply_type, Pair::of(S::lanes(simd)), (S::lanes(simd), f64::lanes(simd)))
-        }
-        #[cfg(target_arch = "aarch64")]
-        Vectors::Neon(simd) => {
-            compiled::<_, _, _, L>(ply_type, Pair::of(S::lanes(simd)), (S::lanes(simd), f64::lanes(simd)))
-        }
-    }
-}
-
-fn compiled<R, P, D, L>(ply_type: &PlyType<R::Scalar>, n: R, broad: (P, D)) -> Box<dyn RowKernels<R::Scalar>>
+fn compiled<R, P, D>(ply_type: &PlyType<R::Scalar>, n: R, broad: (P, D)) -> Box<dyn RowKernels<R::Scalar>>
 where
     R: Real + Send + Sync + 'static,
     P: Real<Scalar = R::Scalar> + Send + Sync + 'static,
     D: Real<Scalar = f64> + Send + Sync + 'static,
-    L: LawKernel,
 {
-    let (constants, spread) = (ply_type.constants::<R::Scalar, L>(), |x| n.broadcast(x));
+    let (constants, spread) = (ply_type.constants::<R::Scalar>(), |x| n.broadcast(x));
     let constants = constants.map(constants.cell.map(spread), spread);
-    Box::new(Compiled::<R, P, D, L> { constants, shear: ply_type.has_shear, broad, law: PhantomData })
+    Box::new(Compiled { constants, shear: ply_type.has_shear, broad })
 }

@@ -10,7 +10,6 @@ use ripstop::solver::element_totals::{ElementRow, ElementTotals};
 use ripstop::solver::node_update::field as node;
 use ripstop::solver::node_update::{Neighbours, gather};
 use ripstop::solver::state::{State, split, split_mut};
-use ripstop::with_law;
 use serde_json::json;
 
 pub(crate) type Vector = [f64; 3];
@@ -229,10 +228,7 @@ fn rows<S: Scalar>(model: &Model<S>, state: &mut State<S>, dt: f64) -> Vec<Eleme
             dt,
             sample: true,
         };
-        with_law!(ply_type.law, L => {
-            let c = ply_type.constants::<S, L>();
-            element_force::<S, L>(&c, ply_type.has_shear, &mut storage, totals);
-        });
+        element_force(&ply_type.constants::<S>(), ply_type.has_shear, &mut storage, totals);
     }
     all
 }

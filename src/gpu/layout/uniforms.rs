@@ -133,7 +133,7 @@ pub fn scene(model: &Model<f32>, ply_type: usize, sizes: &Sizes) -> Scene {
 
 /// Constants of the elements of a ply type.
 fn element(ply_type: &PlyType<f32>) -> Scene {
-    let c: ElementConstants<f32> = crate::with_law!(ply_type.law, L => ply_type.constants::<f32, L>());
+    let c: ElementConstants<f32> = ply_type.constants();
     let [warp, weft] = &c.cell.yarn;
     Scene {
         warp_stiffness: warp.stiffness,
