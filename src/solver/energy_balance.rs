@@ -178,8 +178,7 @@ impl EnergyBalance {
         }
     }
 
-    /// Takes the element sums of a sampling step, row by row. `load`: largest load of a yarn over the failure length, over its breaking
-    /// load; 0 where every element is judged alone.
+    /// Takes the element sums of a sampling step, row by row. `load`: largest of a piece of yarn over its breaking load.
     pub(crate) fn sample_elements(&mut self, rows: &[ElementTotals], grid: &Grid, load: f64) {
         let sum = |of: fn(&ElementTotals) -> f64| rows.iter().map(of).sum::<f64>();
         self.stored = sum(|row| row.stored);

@@ -23,11 +23,6 @@ use crate::solver::state::{ActiveRegion, Rows, State};
 /// Contacts of a ply: against the ply in front, and against that behind, in parts of [`ROWS`] rows.
 type Contacts = [Vec<FoundContacts>; SIDES];
 
-/// Contacts of a ply with either neighbour, in order.
-fn points(contacts: &Contacts) -> impl Iterator<Item = &PlyContactPoint> {
-    contacts.iter().flatten().flat_map(|found| &found.points)
-}
-
 /// Contact between the plies of a pack.
 pub(super) struct PlyContact {
     /// Contacts of each ply.
@@ -57,7 +52,7 @@ impl PlyContact {
         let body = context.state.body.as_ref().map_or(0.0, |b| b.speed_bound());
         self.travel += model.dt * context.totals.max_speed.max(body);
         self.find(context, kernels);
-        if self.contacts.iter().all(|contacts| points(contacts).next().is_none()) {
+        if self.contacts.iter().flatten().flatten().all(|found| found.points.is_empty()) {
             return;
         }
         self.share(model);
@@ -98,15 +93,8 @@ impl PlyContact {
         let contacts = &self.contacts;
         self.accumulators.par_iter_mut().enumerate().for_each(|(ply, accumulator)| {
             let mesh = &model.ply_type(ply).mesh;
-            for p in points(&contacts[ply]) {
-                accumulator.share(p.row * across + p.column, 1.0);
-            }
-            for p in against(contacts, ply) {
-                for ((row, column), weight) in corners(p.cell).into_iter().zip(p.weights) {
-                    if weight > 0.0 {
-                        accumulator.share(row * across + column, weight * p.part / mesh.part_of(row, column));
-                    }
-                }
+            for ((row, column), weight, p) in parts(contacts, ply).filter(|(_, weight, _)| *weight != 0.0) {
+                accumulator.share(row * across + column, weight.abs() * p.part / mesh.part_of(row, column));
             }
         });
     }
@@ -135,13 +123,8 @@ impl PlyContact {
         let contacts = &self.contacts;
         let plies = self.accumulators.par_iter_mut().zip(nodes.data.par_chunks_mut(length)).enumerate();
         plies.for_each(|(ply, (accumulator, nodes))| {
-            for p in points(&contacts[ply]) {
-                accumulator.add(p.row * across + p.column, p, 1.0);
-            }
-            for p in against(contacts, ply) {
-                for ((row, column), weight) in corners(p.cell).into_iter().zip(p.weights) {
-                    accumulator.add(row * across + column, p, -weight);
-                }
+            for ((row, column), weight, p) in parts(contacts, ply) {
+                accumulator.add(row * across + column, p, weight);
             }
             applier.apply(ply, accumulator, nodes);
         });
@@ -197,10 +180,14 @@ fn solve<S: Scalar>(
     }
 }
 
-/// The points of the neighbouring plies that lie on a ply: of the one in front, then of the one behind.
-fn against(contacts: &[Contacts], ply: usize) -> impl Iterator<Item = &PlyContactPoint> {
+/// Nodes of a ply in contacts, with their weight in each: those that are over a neighbour, then, below zero, the corners of cells that nodes of
+/// the ply in front and of that behind are over.
+fn parts(contacts: &[Contacts], ply: usize) -> impl Iterator<Item = ((usize, usize), f64, &PlyContactPoint)> {
+    let own = contacts[ply].iter().flatten().flat_map(|found| &found.points);
+    let own = own.map(|p| ((p.row, p.column), 1.0, p));
     let others = (0..SIDES).filter_map(move |side| Some(&contacts[neighbour(ply, side, contacts.len())?][1 - side]));
-    others.flatten().flat_map(|found| &found.points)
+    let others = others.flatten().flat_map(|found| &found.points);
+    own.chain(others.flat_map(|p| corners(p.cell).into_iter().zip(p.weights).map(move |(at, weight)| (at, -weight, p))))
 }
 
 /// Impulses that contacts give the nodes of a ply; shapes (rows + 1, columns + 1).
@@ -211,7 +198,7 @@ struct ImpulseAccumulator {
     /// Impulse on each node, then what moves it without a velocity left [N·s].
     impulse: Vec<[f64; 6]>,
     /// Nodes with a share.
-    touched: Vec<u32>,
+    touched: Vec<usize>,
     /// Effect of the impulses.
     effect: Effect,
 }
@@ -224,7 +211,7 @@ impl ImpulseAccumulator {
     /// A node takes part in another contact, with this weight.
     fn share(&mut self, at: usize, weight: f64) {
         if self.shares[at] == 0.0 {
-            self.touched.push(at as u32);
+            self.touched.push(at);
         }
         self.shares[at] += weight;
     }
@@ -277,7 +264,6 @@ impl<S: Scalar> ImpulseApplier<'_, S> {
         let mut last = usize::MAX;
         let mut around = neighbours(model, self.elements, self.nothing, ply, 0);
         for at in accumulator.touched.drain(..) {
-            let at = at as usize;
             let (row, column) = (at / across, at % across);
             accumulator.shares[at] = 0.0;
             let [x, y, z, p, q, r] = std::mem::replace(&mut accumulator.impulse[at], [0.0; 6]);
