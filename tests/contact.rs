@@ -15,8 +15,7 @@ use ripstop::physics::projectile_body::Body;
 use ripstop::physics::rigid_body::RigidBody;
 use ripstop::run::{Precision, Run};
 use ripstop::solver::edge_contact::{EdgeConstraint, EdgeContact, SHARED};
-use ripstop::solver::projectile_contact;
-use ripstop::solver::projectile_contact::{ContactPoint, ContactTotals};
+use ripstop::solver::projectile_contact::{self, ContactPoint, ContactTotals};
 
 use crate::scene::{builtin, run, run_as, shipped};
 

@@ -5,8 +5,7 @@ use nalgebra::Vector3;
 use crate::case::{Case, Edge, Edges, Layer, Shape, Variability};
 use crate::model::mesh::Mesh;
 use crate::model::{Model, Ply};
-use crate::physics::rigid_body::RigidBody;
-use crate::physics::rigid_body::{Cut, MirrorPlanes};
+use crate::physics::rigid_body::{Cut, MirrorPlanes, RigidBody};
 
 /// Layers of a case that differ from each other, and its plies, the struck one first.
 pub(super) fn layup(case: &Case) -> (Vec<Layer>, Vec<Ply>) {

@@ -2,8 +2,7 @@
 
 use crate::case::{Fabric, Law};
 use crate::num::scalar::Real;
-use crate::physics::crossover;
-use crate::physics::crossover::Equilibrium;
+use crate::physics::crossover::{self, Equilibrium};
 use crate::physics::unit_cell_parameters::UnitCellParameters;
 use crate::physics::yarn_law::{
     LawKernel, SHORTEST, SineLaw, Sinusoidal, StretchResponse, YarnConstants, YarnResponse,

@@ -8,8 +8,7 @@
 //! Heights in metres, forces in newtons; the stretch enters as Λ − 1 so that single precision keeps small strains.
 
 use crate::num::scalar::{Mask, Real, each};
-use crate::physics::coupled_newton;
-use crate::physics::coupled_newton::Predictor;
+use crate::physics::coupled_newton::{self, Predictor};
 
 pub use crate::physics::unit_cell_parameters::UnitCellParameters;
 pub use crate::physics::yarn_law::{LawKernel, Sinusoidal, StretchResponse, YarnConstants, YarnResponse};

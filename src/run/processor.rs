@@ -14,10 +14,8 @@ use crate::case::Case;
 use crate::model::{Model, ModelError, layup};
 use crate::num::scalar::Scalar;
 use crate::physics::rigid_body::RigidBody;
-use crate::solver::state::ActiveRegion;
-use crate::solver::state::State;
-use crate::solver::{self, StepTotals, Stepper, StepperState};
-use crate::solver::{Phase, Stopwatch};
+use crate::solver::state::{ActiveRegion, State};
+use crate::solver::{self, Phase, StepTotals, Stepper, StepperState, Stopwatch};
 
 /// A run in progress on the processor.
 pub struct Simulation<S: RunScalar> {

@@ -5,8 +5,7 @@ use std::ops::Range;
 use crate::model::law_energy::LawEnergy;
 use crate::num::scalar::{Mask, OrderedSum, Real, Scalar, each};
 use crate::physics::crossover;
-use crate::physics::kinematics::ElementConstants;
-use crate::physics::kinematics::dot;
+use crate::physics::kinematics::{ElementConstants, dot};
 use crate::physics::membrane::{membrane, mode_force};
 use crate::solver::element_force::{Elements, Motion};
 

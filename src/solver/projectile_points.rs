@@ -12,14 +12,13 @@ use crate::model::layup::SIDES;
 use crate::model::{Model, layup};
 use crate::num::scalar::Scalar;
 use crate::physics::rigid_body::RigidBody;
-use crate::solver::Context;
 use crate::solver::contact_candidates::find_candidates;
 use crate::solver::edge_contact::{EdgeConstraint, EdgeContact};
 use crate::solver::energy_balance::NodeCorrection;
 use crate::solver::node_update::{field as node, gather, neighbours};
-use crate::solver::projectile_contact;
 use crate::solver::projectile_contact::ContactPoint;
 use crate::solver::state::{State, node_position, node_stands};
+use crate::solver::{Context, projectile_contact};
 
 /// Steps a list of nearby nodes is meant to last.
 const CANDIDATE_STEPS: f64 = 24.0;
