@@ -21,8 +21,6 @@ pub struct Mesh {
     pub origin: [f64; 2],
     /// A place between two yarns, along X and Y, counted in finest elements from node (0, 0).
     between_yarns: [f64; 2],
-    /// Column and row of the pack's centre, counted from node (0, 0): a half where it lies between nodes.
-    pub centre: [f64; 2],
     /// Cosine and sine of the angle from the pack's X axis to the warp.
     pub rotation: [f64; 2],
     /// Cuts of mirror planes through the ply along its X and Y; the mesh is what is left of it.
@@ -37,7 +35,6 @@ impl Mesh {
         mesh.between_yarns = layer.between_yarns(mesh.rotation);
         if let Some([x, y]) = layer.lines(mesh.rotation) {
             [mesh.columns, mesh.rows] = [x.len() - 1, y.len() - 1];
-            mesh.centre = [0.5 * mesh.columns as f64, 0.5 * mesh.rows as f64];
             mesh.lines = [x, y].map(Lines::graded);
         }
         mesh
@@ -52,11 +49,10 @@ impl Mesh {
         } else {
             [orientation.cos(), orientation.sin()]
         };
-        let centre = [0.5 * columns as f64, 0.5 * rows as f64];
         let origin = [-0.5 * length[0] * columns as f64, -0.5 * length[1] * rows as f64];
         let lines = [Lines::even(columns), Lines::even(rows)];
-        let between_yarns = centre.map(f64::floor);
-        Self { rows, columns, length, lines, origin, between_yarns, centre, rotation: turn, cut: [Cut::Nowhere; 2] }
+        let between_yarns = [columns / 2, rows / 2].map(|middle| middle as f64);
+        Self { rows, columns, length, lines, origin, between_yarns, rotation: turn, cut: [Cut::Nowhere; 2] }
     }
 
     /// Part of the mesh at x ≥ 0 and y ≥ 0 of the pack where those are mirror planes.
@@ -73,7 +69,6 @@ impl Mesh {
                 self.cut[own] = Cut::First;
                 self.between_yarns[own] -= middle;
                 self.origin[own] = 0.0;
-                self.centre[own] = 0.0;
             } else {
                 self.cut[own] = Cut::Last;
             }
@@ -93,7 +88,12 @@ impl Mesh {
     /// Column, and row, of the nodes on mirror planes of the pack; `None` where there are none.
     pub(crate) fn on_planes(&self, planes: MirrorPlanes) -> [Option<usize>; 2] {
         let is_plane = |own: usize| self.own_axis(own).is_some_and(|axis| planes.0[axis]);
-        [0, 1].map(|own| is_plane(own).then_some(self.centre[own] as usize))
+        [0, 1].map(|own| is_plane(own).then_some(self.centre()[own]))
+    }
+
+    /// Column and row of the nodes in the middle of the whole ply.
+    pub fn centre(&self) -> [usize; 2] {
+        [0, 1].map(|own| if self.cut[own] == Cut::First { 0 } else { self.whole_counts()[own] / 2 })
     }
 
     /// Whether a node lies on a plane that cuts the mesh across its X, across its Y.
@@ -117,7 +117,6 @@ impl Mesh {
     #[must_use]
     pub fn whole(&self) -> Self {
         let [columns, rows] = self.whole_counts();
-        let centre = [columns, rows].map(|count| 0.5 * count as f64);
         let lines = [0, 1].map(|a| match self.cut[a] {
             Cut::Nowhere => self.lines[a].clone(),
             cut => self.lines[a].doubled(cut == Cut::First),
@@ -126,7 +125,7 @@ impl Mesh {
         let extent = self.extent();
         let between_yarns =
             [0, 1].map(|a| self.between_yarns[a] + if self.cut[a] == Cut::First { extent[a] } else { 0.0 });
-        Self { rows, columns, origin, between_yarns, centre, lines, cut: [Cut::Nowhere; 2], ..self.clone() }
+        Self { rows, columns, origin, between_yarns, lines, cut: [Cut::Nowhere; 2], ..self.clone() }
     }
 
     /// Elements along X and Y of the whole ply.

@@ -33,8 +33,6 @@ pub struct PlyType<S> {
     pub bound: StepBound,
     /// Mass per area [kg/m²].
     pub areal_density: f64,
-    /// Thickness [m].
-    pub thickness: f64,
     /// Edges of the ply.
     pub edges: Edges,
     /// Masses by kind of row (first, inner, last), shape (3, node stride); of a graded mesh by row.
@@ -103,7 +101,6 @@ impl<S: Scalar> PlyType<S> {
             has_shear: fabric.shear.is_some(),
             present: [fabric.warp.present, fabric.weft.present],
             areal_density: fabric.areal_density,
-            thickness: fabric.thickness,
             edges,
             mesh,
             cell,

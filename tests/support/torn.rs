@@ -38,7 +38,7 @@ pub(crate) fn case(sets: &[&str]) -> Case {
 /// that tears itself off: without a yarn that failed on the way nothing perforates.
 pub(crate) fn tear<S: Scalar>(model: &Model<S>, state: &mut State<S>, loose: bool) {
     let mesh = &model.ply_type(0).mesh;
-    let [column_0, row_0] = mesh.centre.map(|lines| lines as isize);
+    let [column_0, row_0] = mesh.centre().map(|line| line as isize);
     let away = |at: isize| if at < 0 { -at - 1 } else { at };
     for row in 0..mesh.rows {
         for column in 0..mesh.columns {
