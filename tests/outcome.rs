@@ -42,7 +42,7 @@ impl Ply {
     fn cut(&mut self, cut: impl Fn(isize, isize, usize) -> bool) -> &mut Self {
         self.state = State::new(&self.case, &self.model);
         let mesh = &self.model.ply_type(0).mesh;
-        let [column_0, row_0] = mesh.centre.map(|lines| lines as isize);
+        let [column_0, row_0] = mesh.centre().map(|lines| lines as isize);
         for row in 0..mesh.rows {
             for column in 0..mesh.columns {
                 let [r, c] = [row as isize - row_0, column as isize - column_0];
@@ -57,7 +57,7 @@ impl Ply {
     /// Lets the nodes in the middle, up to `ring` from the centre, move at `speed` along the normal [m/s].
     fn moves(&mut self, ring: isize, speed: f64) -> &mut Self {
         let mesh = &self.model.ply_type(0).mesh;
-        let [column_0, row_0] = mesh.centre.map(|lines| lines as isize);
+        let [column_0, row_0] = mesh.centre().map(|lines| lines as isize);
         for row in 0..=mesh.rows {
             for column in 0..=mesh.columns {
                 if (row as isize - row_0).abs().max((column as isize - column_0).abs()) <= ring {
@@ -167,7 +167,7 @@ fn beside_a_break_only_what_lies_ahead_can_hold() {
         let mut ply = Ply::new(right, false);
         // Warps are cut in the second column beside the middle: the rest of it has no support, and the wefts in it run on.
         ply.cut(|_, c, yarn| yarn == 0 && c == 1);
-        let column_0 = ply.model.ply_type(0).mesh.centre[0] as usize;
+        let column_0 = ply.model.ply_type(0).mesh.centre()[0];
         for row in 0..=ply.model.ply_type(0).mesh.rows {
             for column in 0..=ply.model.ply_type(0).mesh.columns {
                 let lies_ahead = (column <= column_0 + 1) == ahead_of_the_break;
