@@ -6,7 +6,7 @@ use crate::case::{Case, Edge, Edges, Fabric, Layer, Solver, StretchSampling};
 use crate::model::failure_criterion::{StencilRadius, Windows, breadth};
 use crate::model::law_energy::LawEnergy;
 use crate::model::mesh::{Grid, Mesh};
-use crate::model::time_step::{InitialStretch, StepBound, let_go, stretch_of_pretension};
+use crate::model::time_step::{FEW, InitialStretch, LET_GO, STEP_OF_FEW, StepBound, let_go, stretch_of_pretension};
 use crate::model::{ModelError, law_energy, layup};
 use crate::num::scalar::Scalar;
 use crate::physics::crossover::compression_energy;
@@ -78,10 +78,11 @@ impl<S: Scalar> PlyType<S> {
         let edges = layup::cut_edges(&mesh, layer.edges);
         let bound = StepBound::new(length, fabric.areal_density, &element, case.solver.shock_viscosity);
         let viscous = case.solver.shock_viscosity > 0.0;
+        // Where a ply under tension is torn, it is let go. The paper's scheme keeps its own step.
+        let few = viscous && pack.pretension.is_some() && mesh.whole_counts().iter().product::<usize>() < FEW;
         let bound = match let_go(pack.pretension, pack.initial_deflection, layer.edges, mesh.whole_size()) {
-            Some(set_by) => bound.of_let_go(set_by),
-            // The paper's scheme keeps its own step.
-            None if viscous && pack.pretension.is_some() => bound.of_tension_in(mesh.whole_counts().iter().product()),
+            Some(set_by) => bound.shortened(LET_GO, set_by),
+            None if few => bound.shortened(STEP_OF_FEW, "initial tension in few elements"),
             None => bound,
         };
         let failure_reach = StencilRadius::new(&mesh, case.solver.failure_length, breadth(&mesh, &cell));

@@ -48,34 +48,23 @@ impl StepBound {
         Self { critical_step: 2.0 / (stiffest / areal_density).sqrt(), set_by }
     }
 
-    /// The bound of a ply that starts far from equilibrium. Tension leaves it in a front as steep as the mesh. Every yarn that goes slack
-    /// there makes a little energy, the less the shorter the step. `set_by`: what the ply starts with.
+    /// The bound of a ply that starts with what makes energy as yarns go slack, the less the shorter the step: `part` of this, set by that.
     #[must_use]
-    pub fn of_let_go(self, set_by: &'static str) -> Self {
-        Self { critical_step: LET_GO * self.critical_step, set_by }
-    }
-
-    /// Bound of a ply of this number of elements that starts under tension. Where it is torn, it is let go. Over many elements what yarns make and
-    /// lose as they go slack and taut evens out, over few it does not.
-    #[must_use]
-    pub fn of_tension_in(self, elements: usize) -> Self {
-        if elements >= FEW {
-            return self;
-        }
-        Self { critical_step: STEP_OF_FEW * self.critical_step, set_by: "initial tension in few elements" }
+    pub fn shortened(self, part: f64, set_by: &'static str) -> Self {
+        Self { critical_step: part * self.critical_step, set_by }
     }
 }
 
-/// Step of a ply that starts far from equilibrium, over the critical one [-]. Measured: a single element, the worst there is, gains at most
+/// Step of a ply that starts far from equilibrium, over the critical one [-]. Tension leaves it in a front as steep as the mesh. Measured: a single element, the worst there is, gains at most
 /// 0.4 % of its energy at a Courant number of 0.9; with half of the critical step it was 4.2 %.
-const LET_GO: f64 = 0.15;
+pub(super) const LET_GO: f64 = 0.15;
 
 /// Elements of a ply under tension below which energy made and lost at slack does not even out [-]. Measured: plies of 32 to 512 elements that are
 /// torn gain −7.1 to 1.9 % of their energy with the critical step, one of 1764 −0.6 to 0.5 %.
-const FEW: usize = 1000;
+pub(super) const FEW: usize = 1000;
 
 /// Step of such a ply over the critical one [-]. The error falls with its square: with 0.5 it was −1.5 to 1.1 %, with 0.15 −0.3 to 0.1 %.
-const STEP_OF_FEW: f64 = 1.0 / 3.0;
+pub(super) const STEP_OF_FEW: f64 = 1.0 / 3.0;
 
 /// Stretch of yarns by the initial deflection above which a ply starts far from equilibrium [-]. Measured: plies of 4 to 20 elements whose yarns
 /// it stretches by 2 to 12 % gain 1.0 to 1.7 % of their energy with the critical step.
@@ -264,7 +253,7 @@ mod tests {
         };
         assert_eq!([deflected(1, 0), deflected(0, 1), deflected(2, 3)], [false, true, true]);
         let bound = StepBound { critical_step: 2e-7, set_by: "wave along the warp" };
-        assert_eq!(bound.of_let_go("tension"), StepBound { critical_step: 0.15 * 2e-7, set_by: "tension" });
+        assert_eq!(bound.shortened(LET_GO, "tension"), StepBound { critical_step: 0.15 * 2e-7, set_by: "tension" });
     }
 
     #[test]

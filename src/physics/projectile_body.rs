@@ -28,7 +28,9 @@ impl Body {
                 let bar = matches!(projectile.shape, Shape::Bar { .. });
                 Outline { bar, ..polygon(&[[0.0, 0.0]], 0.5 * diameter)? }
             }
-            Shape::Cylinder { diameter, length } => polygon(&flat_ended(0.5 * diameter, length, solid.centre), edge)?,
+            Shape::Cylinder { diameter, length } => {
+                polygon(&pointed(0.5 * diameter, length, length, solid.centre), edge)?
+            }
             Shape::Cone { diameter, length, nose_length } => {
                 polygon(&pointed(0.5 * diameter, length, length - nose_length, solid.centre), edge)?
             }
@@ -36,7 +38,7 @@ impl Body {
                 ogive([0.5 * diameter, length - nose_length, nose_length], solid.centre, edge)?
             }
             Shape::Fragment { diameter, length, nose_flat, nose_angle, .. } => {
-                let profile = polygon(&flat_ended(0.5 * diameter, length, solid.centre), edge)?;
+                let profile = polygon(&pointed(0.5 * diameter, length, length, solid.centre), edge)?;
                 chisel(profile, 0.5 * nose_flat, nose_angle)?
             }
         };
@@ -90,12 +92,8 @@ fn chisel_support(profile: &Outline, chisel: &Chisel, [x, y, along]: [f64; 3]) -
     furthest
 }
 
-/// Outline of a cylinder, with s from the centre of mass at that height over its end.
-fn flat_ended(r: f64, length: f64, centre: f64) -> Vec<[f64; 2]> {
-    vec![[0.0, length - centre], [r, length - centre], [r, -centre], [0.0, -centre]]
-}
-
-/// Outline of a cone on a cylinder; without a shank there is one corner less.
+/// Outline of a cone on a cylinder up to `shank`, with s from the centre of mass; without a cone it is a cylinder, without a shank there is one
+/// corner less.
 fn pointed(r: f64, length: f64, shank: f64, centre: f64) -> Vec<[f64; 2]> {
     let mut outline = vec![[0.0, length - centre], [r, shank - centre], [r, -centre], [0.0, -centre]];
     if shank <= 0.0 {
