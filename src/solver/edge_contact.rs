@@ -76,11 +76,6 @@ pub struct EdgeContact {
 }
 
 impl EdgeContact {
-    /// Forgets every point.
-    pub fn clear(&mut self) {
-        self.constraints.clear();
-    }
-
     /// Begins a step: nothing is known of its equations yet.
     pub(crate) fn begin(&mut self, points: &mut [ContactPoint], body_mass: f64) {
         // With `factored` go the lists that belong to it: where nothing pushes, nothing would replace them.

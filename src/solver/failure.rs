@@ -92,47 +92,34 @@ impl<S: Scalar> YarnsOfPly<'_, S> {
         if !elements().any(|(row, column)| self.strain(row, column) >= self.failure_strain(row, column)) {
             return;
         }
-        let piece = Piece::over(&self.windows.along[along], across, |along, across| {
-            let (row, column) = self.place(along, across);
-            self.strain(row, column)
-        });
+        let (strain, is_whole) = self.strain_of_piece(&self.windows.along[along], across);
         // Elements side by side share their yarn's strength.
         let (row, column) = self.place(along, across.first);
         let limit = self.failure_strain(row, column);
-        if piece.whole {
-            found.largest = found.largest.max(piece.strain / limit);
+        if is_whole {
+            found.largest = found.largest.max(strain / limit);
         }
-        if piece.strain >= limit {
+        if strain >= limit {
             let along = self.windows.breaking[along].clone();
             let piece = along.flat_map(|at| across.elements().map(move |(beside, _)| self.place(at, beside)));
             let whole = piece.filter(|(row, column)| self.strain(*row, *column) >= 0.0);
             found.breaking.extend(whole.map(|(row, column)| [self.first + row, self.yarn, column]));
         }
     }
-}
-
-/// Strain over the elements of a piece of yarn that are whole, of which there is one at least. A broken one, slack beside its break, says
-/// nothing of the others.
-struct Piece {
-    /// Root mean square over its rows of the means along them.
-    strain: f64,
-    /// No element of it is broken.
-    whole: bool,
-}
-
-impl Piece {
-    /// `strain`: of an element, by its places along and across the yarn.
-    fn over(along: &Window, across: &Window, strain: impl Fn(usize, usize) -> f64) -> Self {
-        let (mut squares, mut area, mut whole) = (0.0, 0.0, true);
+    /// Strain over the elements of a piece of yarn that are whole, of which there is one at least: the root mean square over its rows of the
+    /// means along them; and whether no element of it is broken. A broken one, slack beside its break, says nothing of the others.
+    fn strain_of_piece(&self, along: &Window, across: &Window) -> (f64, bool) {
+        let (mut squares, mut area, mut is_whole) = (0.0, 0.0, true);
         for (beside, breadth) in across.elements() {
             let (mut sum, mut total) = (0.0, 0.0);
             for (at, length) in along.elements() {
-                let strain = strain(at, beside);
+                let (row, column) = self.place(at, beside);
+                let strain = self.strain(row, column);
                 if strain >= 0.0 {
                     sum += length * strain;
                     total += length;
                 } else {
-                    whole = false;
+                    is_whole = false;
                 }
             }
             if total > 0.0 {
@@ -140,7 +127,7 @@ impl Piece {
                 area += breadth * total;
             }
         }
-        Self { strain: (squares / area).sqrt(), whole }
+        ((squares / area).sqrt(), is_whole)
     }
 }
 

@@ -196,7 +196,7 @@ impl ProjectileContact {
         let (model, state) = (context.model, &*context.state);
         let Self { edges, nodes: candidates, points, crossings, edge_contact, .. } = self;
         crossings.clear();
-        edge_contact.clear();
+        edge_contact.constraints.clear();
         let (profile, axis) = (&body.body.profile, body.orientation.transform_vector(&Vector3::z()));
         let misses = misses(body, model.dt);
         let all = edges.next.iter().enumerate();
