@@ -51,8 +51,8 @@ impl Checked {
         if let Some(note) = &self.note {
             out["note"] = json!(note);
         }
-        if !self.pass && !expect.known_difference.is_empty() {
-            out["known_difference"] = json!(expect.known_difference);
+        if let (false, Some(why)) = (self.pass, &expect.known_difference) {
+            out["known_difference"] = json!(why);
         }
         out
     }

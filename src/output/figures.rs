@@ -5,7 +5,7 @@ use super::breakage::Breakage;
 use super::number::short;
 use super::plot::{self, Figure, Plot};
 use super::summary::residual_velocity;
-use crate::case::{Along, Case, Word};
+use crate::case::{Along, Case};
 use crate::model::unit_cell_curve::{self, CurvePoint};
 use crate::run::outcome::Outcome;
 use crate::run::{PlySample, Run, Sample};
