@@ -132,14 +132,13 @@ pub(crate) fn info(arguments: &InfoArguments) -> Result<(), CommandFailure> {
     terminal::print(&table.to_string())
 }
 
-/// Needs of a case: features, kernels, memory of a device.
+/// Needs of a case: kernels, memory of a device.
 fn needs(table: &mut TextTable, case: &Case) -> Result<(), CommandFailure> {
     let model = Model::<f32>::part(case).map_err(|e| CommandFailure::model(&case.path.display().to_string(), &e))?;
     let features = model.features();
     let kernels = gpu::shader::KERNELS.iter().filter(|kernel| kernel.is_in(&features)).map(|kernel| kernel.name);
     table.row(["", ""]);
     table.row(["case", case.title.as_str()]);
-    features.list().into_iter().for_each(|(name, value)| table.row([name, value.as_str()]));
     table.row(["symmetry", symmetry(model.planes).as_str()]);
     table.row(["kernels per step", kernels.collect::<Vec<_>>().join(", ").as_str()]);
     table.row(["device memory", bytes(gpu::buffers::Sizes::new(&model).total() as f64).as_str()]);

@@ -60,7 +60,7 @@ pub(crate) fn resume(arguments: &ResumeArguments) -> Result<(), CommandFailure> 
     // First: until the folder is held, another run may write a later checkpoint, or end.
     let folder = Folder::reopen(&arguments.folder)?;
     let checkpoint = Checkpoint::open(&path)?;
-    let head = checkpoint.header();
+    let head = &checkpoint.header;
     let mut case = case::read(&arguments.folder.join("case.json"), &[])?;
     case.name.clone_from(&head.case);
     checkpoint.check_case(&case)?;
@@ -76,20 +76,14 @@ pub(crate) fn resume(arguments: &ResumeArguments) -> Result<(), CommandFailure> 
     let report = head.report && !arguments.no_report;
     let head = Header { every: arguments.checkpoint_every.unwrap_or(head.every), report, ..head.clone() };
     let recorder = (case.output.frames > 0).then(|| {
-        let (recorder, lost) = Recorder::resume(&folder, &case, &options, &head);
+        let (recorder, lost) = Recorder::resume(&folder, &case, &head);
         lost.iter().for_each(|lost| say(&format!("warning: {lost}; the files of frames begin after that")));
         recorder
     });
-    let kept = if report { Some(checkpoint.observer_state()?) } else { None };
-    let animation = kept.map(|kept| {
-        Animation::resume(&case, &kept, head.step, head.time_step).unwrap_or_else(|| {
-            let from = us(head.time);
-            say(&format!("warning: the pictures before {from} are lost; the report's playback begins there"));
-            Animation::new(&case)
-        })
-    });
+    let kept = if report { Animation::from_bytes(&checkpoint.observer) } else { None };
+    let animation = report.then(|| kept.unwrap_or_else(|| Animation::new(&case)));
     let checkpoint_writer = Some(CheckpointWriter::new(&folder, &case, head, start));
-    let mut observer = RunObserver { bar: &bar, animation, recorder, checkpoint_writer, complained: false };
+    let mut observer = RunObserver { bar: &bar, animation, recorder, checkpoint_writer };
     let run = run::run(&case, options, &interrupted, &mut observer);
     bar.clear();
     let run = run.map_err(|error| CommandFailure::start(&file(&case), &error))?;

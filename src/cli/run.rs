@@ -159,10 +159,10 @@ pub(crate) fn shoot(
         let head = arguments
             .checkpoint_every
             .map(|every| Header { report: !arguments.no_report, ..Header::new(case, &options, every) });
-        let recorder = (case.output.frames > 0).then(|| Recorder::new(&folder, case, &options, head.is_some()));
+        let recorder = (case.output.frames > 0).then(|| Recorder::new(&folder, case, head.is_some()));
         let animation = (!arguments.no_report).then(|| Animation::new(case));
         let checkpoint_writer = head.map(|head| CheckpointWriter::new(&folder, case, head, start));
-        let mut observer = RunObserver { bar: &bar, animation, recorder, checkpoint_writer, complained: false };
+        let mut observer = RunObserver { bar: &bar, animation, recorder, checkpoint_writer };
         (run::run(case, options, interrupted, &mut observer), observer)
     };
     let (mut run, mut observer) = attempt(options);
@@ -194,22 +194,22 @@ pub(crate) fn conclude(
 ) -> Result<(), CommandFailure> {
     let RunObserver { animation, recorder, checkpoint_writer, .. } = observer;
     let frames = recorder.map(Recorder::finish).transpose();
-    run.checkpoint_error = checkpoint_writer.as_ref().and_then(CheckpointWriter::failed).map(str::to_owned);
+    run.checkpoint_error = checkpoint_writer.as_ref().and_then(|writer| writer.failed.clone());
     let summary = output::summary(case, &run, wall_seconds);
     let page = animation.map(|animation| report::report(case, &run, &summary, &animation));
     let (frames, refused) = frames.map_or_else(|error| (None, Some(error)), |frames| (frames, None));
-    let written = folder.write(case, &run, &summary, page, frames.unwrap_or_default());
+    let written = folder.write(case, &run, &summary, page, &frames.unwrap_or_default());
     let files = written.as_ref().ok().map(|names| (folder.path(), names.as_slice()));
     terminal::show(json, quiet, || summary.clone(), || result::text(case, &run, &summary, files))?;
     info!(folder = %folder.path().display(), files = ?written.as_deref().unwrap_or_default(), "files written");
     written?;
-    if let Some(error) = refused {
-        return Err(error.into());
-    }
     let goes_on =
         (run.interrupted || run.lost.is_some()) && checkpoint_writer.as_ref().is_some_and(CheckpointWriter::has_kept);
     if !goes_on {
         folder.forget()?;
+    }
+    if let Some(error) = refused {
+        return Err(error.into());
     }
     verdict(case, &run, &summary, folder.path(), goes_on)
 }
@@ -277,8 +277,6 @@ pub(crate) struct RunObserver<'a> {
     pub(crate) recorder: Option<Recorder<'a>>,
     /// Writer of checkpoints, where they are asked for.
     pub(crate) checkpoint_writer: Option<CheckpointWriter<'a>>,
-    /// Whether the user knows that checkpoints cannot be written.
-    pub(crate) complained: bool,
 }
 
 impl Observer for RunObserver<'_> {
@@ -317,17 +315,17 @@ impl Observer for RunObserver<'_> {
     fn on_checkpoint(&mut self, run: &dyn Checkpointable, loop_seconds: f64) {
         let Some(checkpoint_writer) = &mut self.checkpoint_writer else { return };
         // A checkpoint without the frames before it would be worth less. Where the folder refuses, so does the checkpoint.
-        let begun = checkpoint_writer.begin().is_ok();
-        let unspooled = self.recorder.as_mut().filter(|_| begun).and_then(Recorder::settle);
-        let animation = self.animation.as_ref().map_or_else(Vec::new, Animation::to_bytes);
-        let unkept = checkpoint_writer.write(run, &animation, loop_seconds).err().map(|error| error.to_string());
-        if let Some(recorder) = self.recorder.as_mut().filter(|_| unkept.is_none()) {
-            recorder.discard();
+        if let (Ok(()), Some(recorder)) = (checkpoint_writer.begin(), &mut self.recorder) {
+            recorder.settle();
         }
+        let animation = self.animation.as_ref().map_or_else(Vec::new, Animation::to_bytes);
         // A disk that is full for long is reported once.
-        let news = unkept.iter().filter(|_| !self.complained);
-        unspooled.iter().chain(news).for_each(|complaint| terminal::complain(&format!("warning: {complaint}")));
-        self.complained = unkept.is_some();
+        let is_first = checkpoint_writer.failed.is_none();
+        match (checkpoint_writer.write(run, &animation, loop_seconds), &mut self.recorder) {
+            (Err(error), _) if is_first => terminal::complain(&format!("warning: {error}")),
+            (Ok(()), Some(recorder)) => recorder.discard(),
+            _ => {}
+        }
     }
 }
 

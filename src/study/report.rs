@@ -9,8 +9,8 @@ use super::sweep::SweepPoint;
 use super::threshold::ThresholdSample;
 use super::v50_result::V50Result;
 use crate::output::number::short;
-use crate::output::page::{figure, page, table};
 use crate::output::plot::{self, Figure, Plot};
+use crate::output::report::{figure, page, table};
 
 /// Points of a curve.
 const POINTS: usize = 240;
