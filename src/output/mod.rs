@@ -39,7 +39,6 @@ pub use checkpoint::{CheckpointWriteError, CheckpointWriter};
 pub use disk::temporary;
 pub use expect::{Checked, check};
 pub use folder::{CHECKPOINT, Folder, OutputError, StagedFrames};
-pub(crate) use summary::velocity_left;
 pub use summary::{Energies, Verdict, absorbed_energy, flies_freely, residual_velocity, summary, verdict};
 #[doc(hidden)]
 pub use summary::{place, reached, symmetry};

@@ -13,6 +13,7 @@ use crate::run::{Observer, Run, run};
 
 /// Number type of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Precision {
     /// Double, the reference.
     #[default]
