@@ -1,7 +1,7 @@
 //! The GPU backend by size: `cargo bench --bench gpu [-- --test] [-- --adapter NAME]`.
 //!
-//! For each pack: device time of every kernel, element-steps per second of whole steps, bytes moved against what a copy
-//! moves in the same run, and what a step costs the host (measured on a device that does nothing). Then the shot.
+//! For each pack: device time of every kernel, element-steps per second of whole steps, bytes moved, and what a step costs
+//! the host (measured on a device that does nothing). Then the shot.
 #![allow(
     clippy::unwrap_used,
     clippy::print_stdout,
@@ -86,7 +86,6 @@ fn pack(device: &Device, name: &str, case: &Case, test: bool) {
     let rate = elements as f64 / seconds;
     println!("{name}: {elements} elements, {:.1} MB", Sizes::new(&model).total() as f64 * 1e-6);
     println!("  step                {:10.1} µs  {:10.2} M element-steps/s", seconds * 1e6, rate * 1e-6);
-    let copy = stepper.copy_bandwidth(if test { 1 << 20 } else { 64 << 20 }, 16).unwrap();
     let times = stepper.kernel_seconds();
     if times.is_empty() {
         println!("  the device has no clock for kernels");
@@ -96,19 +95,8 @@ fn pack(device: &Device, name: &str, case: &Case, test: bool) {
         let Some((_, total)) = times.iter().find(|(name, _)| *name == kernel) else { continue };
         let time = total / if kernel == "energy_balance" { at as f64 / 3.0 } else { at as f64 };
         let moved = (bytes * elements) as f64 / time;
-        println!(
-            "  {kernel:19} {:10.1} µs  {bytes:4} bytes per element  {:8.1} GB/s, {:.0} % of a copy",
-            time * 1e6,
-            moved * 1e-9,
-            100.0 * moved / copy
-        );
+        println!("  {kernel:19} {:10.1} µs  {bytes:4} bytes per element  {:8.1} GB/s", time * 1e6, moved * 1e-9);
     }
-    let bytes: u64 = BYTES[..2].iter().map(|b| b.1).sum::<u64>() + BYTES[3].1 / 3;
-    println!(
-        "  a copy moves {:.1} GB/s, so memory allows {:.0} M element-steps/s",
-        copy * 1e-9,
-        copy * 1e-6 / bytes as f64
-    );
 }
 
 /// Time of the host for recording and submitting a step.

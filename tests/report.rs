@@ -17,21 +17,8 @@ use ripstop::solver::Divergence;
 use serde_json::{Value, json};
 
 /// Every part of the page.
-const PARTS: [&str; 13] = [
-    "playback",
-    "plots",
-    "velocity",
-    "force",
-    "deflection",
-    "energy",
-    "failures",
-    "profile",
-    "unit-cell",
-    "tension",
-    "trust",
-    "case",
-    "machine",
-];
+const PARTS: [&str; 10] =
+    ["playback", "plots", "velocity", "force", "deflection", "energy", "failures", "trust", "case", "machine"];
 
 /// Changes that make a shot throw debris ahead.
 const TORN: [&str; 5] = [
@@ -101,11 +88,9 @@ fn every_part_is_there_and_nothing_asks_for_a_network() {
         assert!(!page.contains(scheme), "{scheme}");
     }
     assert!(page.contains("default-src 'none'"));
-    assert_eq!(page.matches("<image").count(), 3);
-    let unbroken = page.replace("<wbr>", "");
     for field in &shot.case.fields {
         let mark = if field.assumed { "* " } else { "" };
-        assert!(unbroken.contains(&format!("{mark}<code>{}</code>", field.pointer)), "{}", field.pointer);
+        assert!(page.contains(&format!("{mark}<code>{}</code>", field.pointer)), "{}", field.pointer);
     }
     let assumed = shot.case.fields.iter().filter(|field| field.assumed).count();
     let words = format!("{assumed} of {} parameters", shot.case.fields.len());
@@ -120,7 +105,7 @@ fn without_a_projectile_and_without_pictures_the_rest_is_there() {
     assert!(!page.contains("id=\"velocity\"") && page.contains("id=\"playback\"") && page.contains(">done</h1>"));
     shot.animation = Animation::new(&shot.case);
     let page = shot.page();
-    assert!(!page.contains("id=\"playback\"") && !page.contains("id=\"tension\"") && page.contains("id=\"unit-cell\""));
+    assert!(!page.contains("id=\"playback\"") && page.contains("id=\"energy\""));
 }
 
 #[test]
@@ -269,20 +254,21 @@ fn the_same_run_gives_the_same_page() {
 }
 
 #[test]
-fn energy_below_zero_is_drawn_below_zero() {
-    let mut shot = Shot::new(&[]);
-    let areas = |page: &str| between(page, "id=\"energy\"", "</svg>").matches("<polygon").count();
-    let before = areas(&shot.page());
+fn energies_and_profiles_are_drawn_where_there_are_any() {
+    let mut shot = Shot::new(&["/output/profile_times_us=[2,4]"]);
+    let lines = |page: &str, id: &str| between(page, &format!("id=\"{id}\""), "</figure>").matches("<polyline").count();
+    let before = shot.page();
+    assert_eq!(lines(&before, "profile"), 2);
     let from = shot.run.history.len() / 2;
     for row in &mut shot.run.history[from..] {
         row.balance.separation = 0.2 * shot.run.impact_energy;
     }
     let page = shot.page();
     let figure = between(&page, "id=\"energy\"", "</figure>");
-    assert_eq!(areas(&page), before + 1);
-    assert!(figure.contains("What is below zero was given") && figure.contains("ply separation"));
+    assert_eq!(lines(&page, "energy"), lines(&before, "energy") + 1);
+    assert!(figure.contains("ply separation"));
     let axis: Vec<f64> = between(figure, "data-y=\"", "\"").split(' ').map(|n| n.parse().unwrap()).collect();
-    assert!(axis[0] <= -0.2 * shot.run.impact_energy, "{axis:?}");
+    assert!(axis[0] <= -0.2 * shot.run.impact_energy, "given is below zero: {axis:?}");
 }
 
 #[test]
@@ -300,7 +286,7 @@ fn keyframes_lie_evenly_over_a_run_whenever_it_ends_and_open_at_the_largest_defl
         assert!(off < 0.55 + step / gap, "{times:?}");
         // It opens where the projectile, 12 mm long, has not left the fabric behind.
         let (opening, last) = (&animation.keyframes[animation.opening()], animation.keyframes.last().unwrap());
-        let ahead = |keyframe: &Keyframe| keyframe.pose.unwrap()[2] - keyframe.deflection();
+        let ahead = |keyframe: &Keyframe| keyframe.pose.unwrap().position[2] - keyframe.deflection();
         assert!(ahead(opening) < 0.007, "{}", ahead(opening));
         if changes == TORN {
             assert!(ahead(last) > 0.02, "{}", ahead(last));
@@ -337,12 +323,8 @@ fn a_keyframe_shows_what_is_there() {
     // A quarter of it is the same as the whole.
     let quarter = Shot::new(EVEN);
     let part = quarter.animation.keyframes.last().unwrap();
-    assert_eq!(
-        (quarter.animation.plies[0].elements, part.tension.len() * 4),
-        (shot.animation.plies[0].elements, last.tension.len())
-    );
-    let corner = |animation: &Animation, tension: &[[Option<f32>; 2]]| tension[animation.plies[0].cells() - 1];
-    let [a, b] = [corner(&quarter.animation, &part.tension), corner(&shot.animation, &last.tension)];
+    assert_eq!(part.tension.len() * 4, last.tension.len());
+    let [a, b] = [part, last].map(|keyframe| *keyframe.tension.last().unwrap());
     assert!((0..2).all(|yarn| (a[yarn].unwrap() - b[yarn].unwrap()).abs() < 1e-3), "{a:?} {b:?}");
 }
 

@@ -4,8 +4,9 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use ripstop::case::{self, Case};
-use ripstop::output::{self, Checked};
+use ripstop::output;
 use ripstop::run::{self, Options, Precision, Run, Simulation};
+use serde_json::Value;
 
 /// A shipped case on the paper's numerics (one even element per crossover, contact at nodes, no viscosity) with changes, each
 /// `/pointer=value`.
@@ -42,6 +43,6 @@ pub(crate) fn finish(mut simulation: Simulation<f64>, case: &Case) -> Run {
 }
 
 /// The expectations of a case against its run.
-pub(crate) fn checked(case: &Case, run: &Run) -> Vec<Checked> {
+pub(crate) fn checked(case: &Case, run: &Run) -> Vec<Value> {
     output::check(case, run, &output::summary(case, run, 0.0))
 }

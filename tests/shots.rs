@@ -45,7 +45,7 @@ fn the_shipped_shot_perforates_with_a_closed_ledger() {
     assert!(run.momentum_error < 1e-6, "{}", run.momentum_error);
     // The prototype left at 98 to 118 m/s depending on where in the cell it hit; near the ballistic limit.
     assert!((90.0..125.0).contains(&last.projectile_velocity), "{}", last.projectile_velocity);
-    assert!(checked(&case, &run).iter().all(|c| c.pass));
+    assert!(checked(&case, &run).iter().all(|check| check["pass"] == true));
 }
 
 #[test]

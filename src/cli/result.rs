@@ -6,10 +6,9 @@ use std::path::Path;
 use ripstop::case::Case;
 use ripstop::output::checks::{self, Check, Level};
 use ripstop::output::expect::{Judgement, expected, got, judgement, note, quantity};
-use ripstop::output::number::{fixed, grouped, us};
+use ripstop::output::number::grouped;
 use ripstop::output::warnings::Warning;
-use ripstop::output::{Breakage, Energies, symmetry, verdict};
-use ripstop::physics::mirror_planes::MirrorPlanes;
+use ripstop::output::{Breakage, Energies, costs, verdict};
 use ripstop::run::Run;
 use serde_json::Value;
 
@@ -25,7 +24,7 @@ pub(crate) fn text(case: &Case, run: &Run, summary: &Value, written: Option<(&Pa
         energy(run),
         damage(case, run),
         trust(&checks, summary),
-        cost(case, run, summary),
+        part("cost", &TextTable::pairs(costs(case, run, summary)).to_string()),
         part("warnings", &warnings(&checks::warnings(case, &checks))),
         expectations(summary),
         written.map_or_else(String::new, |(folder, names)| files(folder, names)),
@@ -101,32 +100,6 @@ fn trust(checks: &[Check], summary: &Value) -> String {
     let rows = checks.iter().map(|check| (check.name, check.value.clone()));
     let table = TextTable::pairs(rows.chain([("assumed parameters", assumed.len().to_string())]));
     part("trust", &format!("{table}  {}", assumed.join(", ")))
-}
-
-fn cost(case: &Case, run: &Run, summary: &Value) -> String {
-    let element_steps = run.elements as u64 * run.steps;
-    let rate = element_steps as f64 / run.loop_seconds / 1e6;
-    let [elements, steps, product] = [run.elements as u64, run.steps, element_steps].map(grouped);
-    let share = fixed(100.0 * run.element_steps_computed as f64 / element_steps.max(1) as f64, 1);
-    let computed = match run.planes {
-        MirrorPlanes::NONE => format!("{share} % of them"),
-        planes => format!("{share} % of them: {}", symmetry(planes)),
-    };
-    let (courant, set_by) = (case.solver.courant, &run.step_set_by);
-    let step = format!("{}, {courant} of the critical step, set by: {set_by}", us(run.time_step));
-    let wall = summary["wall_s"].as_f64().unwrap_or(0.0);
-    let time = format!("{wall:.2} s, of which the loop {:.2} s: {rate:.1} M element-steps/s", run.loop_seconds);
-    let threads = if run.threads == 1 { "1 thread".to_owned() } else { format!("{} threads", run.threads) };
-    let what = run.adapter.as_ref().unwrap_or(&threads);
-    let rows = [
-        ("time step", step),
-        ("work", format!("{elements} elements × {steps} steps = {product} element-steps")),
-        ("computed", computed),
-        ("not skipped", run.skips.switched_off().join(", ")),
-        ("wall time", time),
-        ("on", format!("{}, {what}, {}", run.backend, run.precision)),
-    ];
-    part("cost", &TextTable::pairs(rows.into_iter().filter(|(_, value)| !value.is_empty())).to_string())
 }
 
 fn expectations(summary: &Value) -> String {

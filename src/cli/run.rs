@@ -162,10 +162,10 @@ pub(crate) fn shoot(
         let head = arguments
             .checkpoint_every
             .map(|every| Header { report: !arguments.no_report, ..Header::new(case, &options, every) });
-        let recorder = (case.output.frames > 0).then(|| Recorder::new(&folder, case, &options, head.is_some()));
+        let recorder = (case.output.frames > 0).then(|| Recorder::new(&folder, case, head.is_some()));
         let animation = (!arguments.no_report).then(|| Animation::new(case));
         let checkpoint_writer = head.map(|head| CheckpointWriter::new(&folder, case, head, start));
-        let mut observer = RunObserver { animation, recorder, checkpoint_writer, complained: false };
+        let mut observer = RunObserver { animation, recorder, checkpoint_writer };
         (run::run(case, options, interrupted, &mut observer), observer)
     };
     let (mut run, mut observer) = attempt(options);
@@ -194,31 +194,24 @@ pub(crate) fn resume(arguments: &ResumeArguments) -> Result<(), CommandFailure> 
     // First: until the folder is held, another run may write a later checkpoint, or end.
     let folder = Folder::reopen(&arguments.folder)?;
     let checkpoint = Checkpoint::open(&path)?;
-    let head = checkpoint.header();
+    let head = &checkpoint.header;
     let mut case = case::read(&arguments.folder.join("case.json"), &[])?;
     case.name.clone_from(&head.case);
     checkpoint.check_case(&case)?;
     let chosen = backend::again(&head.backend)?;
-    let from = us(head.time);
-    say(&arguments.print, &format!("note: goes on from {from}"));
+    say(&arguments.print, &format!("note: goes on from {}", us(head.time)));
     terminal::begin_bar(&arguments.print);
     let options = chosen.options(head.threads).skips(head.skips).resume(&checkpoint);
     let recorder = (case.output.frames > 0).then(|| {
-        let (recorder, lost) = Recorder::resume(&folder, &case, &options, head);
+        let (recorder, lost) = Recorder::resume(&folder, &case, head);
         let begin = |lost: &String| format!("warning: {lost}; the files of frames begin after that");
         lost.iter().for_each(|lost| say(&arguments.print, &begin(lost)));
         recorder
     });
-    let kept = if head.report { Some(checkpoint.observer_state()?) } else { None };
-    let animation = kept.map(|kept| {
-        Animation::resume(&case, &kept, head.step, head.time_step).unwrap_or_else(|| {
-            let words = format!("warning: the pictures before {from} are lost; the report's playback begins there");
-            say(&arguments.print, &words);
-            Animation::new(&case)
-        })
-    });
+    let kept = if head.report { Animation::from_bytes(&checkpoint.observer) } else { None };
+    let animation = head.report.then(|| kept.unwrap_or_else(|| Animation::new(&case)));
     let checkpoint_writer = Some(CheckpointWriter::new(&folder, &case, head.clone(), start));
-    let mut observer = RunObserver { animation, recorder, checkpoint_writer, complained: false };
+    let mut observer = RunObserver { animation, recorder, checkpoint_writer };
     let run = run::run(&case, options, &interrupted, &mut observer);
     terminal::end_bar();
     let run = run.map_err(|error| CommandFailure::start(&file(&case), &error))?;
@@ -260,21 +253,21 @@ fn conclude(
         Ok(frames) => (frames.unwrap_or_default(), None),
         Err(error) => (StagedFrames::default(), Some(error)),
     };
-    run.checkpoint_error = checkpoint_writer.as_ref().and_then(CheckpointWriter::failed).map(str::to_owned);
+    run.checkpoint_error = checkpoint_writer.as_ref().and_then(|writer| writer.failed.clone());
     let summary = output::summary(case, &run, wall_seconds);
     let page = animation.map(|animation| report::report(case, &run, &summary, &animation));
-    let written = folder.write(case, &run, &summary, page, frames);
+    let written = folder.write(case, &run, &summary, page, &frames);
     let files = written.as_ref().ok().map(|names| (folder.path(), names.as_slice()));
     terminal::show(print, &summary, || result::text(case, &run, &summary, files))?;
     info!(folder = %folder.path().display(), files = ?written.as_deref().unwrap_or_default(), "files written");
     written?;
-    if let Some(error) = refused {
-        return Err(error.into());
-    }
     let goes_on =
         (run.interrupted || run.lost.is_some()) && checkpoint_writer.as_ref().is_some_and(CheckpointWriter::has_kept);
     if !goes_on {
         folder.forget()?;
+    }
+    if let Some(error) = refused {
+        return Err(error.into());
     }
     verdict(case, &run, &summary, folder.path(), goes_on)
 }
@@ -326,8 +319,6 @@ struct RunObserver<'a> {
     recorder: Option<Recorder<'a>>,
     /// Writer of checkpoints, where they are asked for.
     checkpoint_writer: Option<CheckpointWriter<'a>>,
-    /// Whether the user knows that checkpoints cannot be written.
-    complained: bool,
 }
 
 impl RunObserver<'_> {
@@ -364,16 +355,16 @@ impl Observer for RunObserver<'_> {
     fn on_checkpoint(&mut self, run: &dyn Checkpointable, loop_seconds: f64) {
         let Some(checkpoint_writer) = &mut self.checkpoint_writer else { return };
         // A checkpoint without the frames before it would be worth less. Where the folder refuses, so does the checkpoint.
-        let begun = checkpoint_writer.begin().is_ok();
-        let unspooled = self.recorder.as_mut().filter(|_| begun).and_then(Recorder::settle);
-        let animation = self.animation.as_ref().map_or_else(Vec::new, Animation::to_bytes);
-        let unkept = checkpoint_writer.write(run, &animation, loop_seconds).err().map(|error| error.to_string());
-        if let Some(recorder) = self.recorder.as_mut().filter(|_| unkept.is_none()) {
-            recorder.discard();
+        if let (Ok(()), Some(recorder)) = (checkpoint_writer.begin(), &mut self.recorder) {
+            recorder.settle();
         }
+        let animation = self.animation.as_ref().map_or_else(Vec::new, Animation::to_bytes);
         // A disk that is full for long is reported once.
-        let news = unkept.iter().filter(|_| !self.complained);
-        unspooled.iter().chain(news).for_each(|complaint| terminal::complain(&format!("warning: {complaint}")));
-        self.complained = unkept.is_some();
+        let is_first = checkpoint_writer.failed.is_none();
+        match (checkpoint_writer.write(run, &animation, loop_seconds), &mut self.recorder) {
+            (Err(error), _) if is_first => terminal::complain(&format!("warning: {error}")),
+            (Ok(()), Some(recorder)) => recorder.discard(),
+            _ => {}
+        }
     }
 }

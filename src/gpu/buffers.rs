@@ -249,10 +249,3 @@ fn constraints(model: &Model<f32>) -> u64 {
     let flat = 8.0 * radius / shortest;
     ((CONSTRAINTS[0] * flat + CONSTRAINTS[1]).ceil() as u64).min(4 * model.nodes_per_ply() as u64)
 }
-
-/// Workgroups of `count` invocations as a two-dimensional dispatch within `most` per dimension.
-pub fn spread(count: u64, group: u32, most: u32) -> [u32; 2] {
-    let groups = count.div_ceil(u64::from(group)).max(1);
-    let rows = groups.div_ceil(u64::from(most));
-    [groups.div_ceil(rows) as u32, rows as u32]
-}

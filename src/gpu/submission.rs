@@ -203,24 +203,6 @@ impl DeviceStepper<'_> {
         let batch = self.submit(steps);
         Ok(self.collect(&batch)?.into_iter().next().unwrap_or_default())
     }
-
-    /// Bandwidth of a copy between two buffers of `size` bytes [bytes/s], reads and writes counted: the device's measure.
-    ///
-    /// # Errors
-    /// When the device was lost.
-    pub fn copy_bandwidth(&self, size: u64, repeats: u32) -> Result<f64, DeviceError> {
-        let gpu = self.device;
-        let [from, to] = ["from", "to"].map(|label| gpu.buffer(label, size, wgpu::BufferUsages::COPY_SRC));
-        let run = |repeats: u32| {
-            let mut encoder = gpu.inner.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            (0..repeats).for_each(|_| encoder.copy_buffer_to_buffer(&from, 0, &to, 0, size));
-            let start = Instant::now();
-            gpu.queue.submit([encoder.finish()]);
-            gpu.wait(None).map(|()| start.elapsed().as_secs_f64())
-        };
-        run(1)?;
-        Ok(2.0 * size as f64 * f64::from(repeats) / run(repeats)?)
-    }
 }
 
 /// Stamps of the device's clock before and after each stage of a step.

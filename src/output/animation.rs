@@ -1,10 +1,10 @@
-//! Animation of a run: few, coarse keyframes of what is computed, for the playback and the maps of the report.
+//! Animation of a run: few, coarse keyframes of what is computed, for the playback of the report.
 //!
 //! Grid lines lie dense around the point of impact and sparse far from it; of a thick pack some plies are shown; of a scene
 //! that is its own mirror image there is the part that is computed. Keyframes are taken when frames are (`Schedule`), so that
 //! they lie evenly over a run of any length. A checkpoint carries the animation so far.
 
-use std::collections::HashSet;
+use std::ops::Range;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -14,22 +14,17 @@ use crate::case::Case;
 use crate::model::Model;
 use crate::num::scalar::Scalar;
 use crate::physics::mirror_planes::MirrorPlanes;
-use crate::physics::rigid_body::RigidBody;
-use crate::run::frame::{Schedule, even};
-
+use crate::run::frame::{Pose, Schedule, even};
 use crate::run::{Observer, View, attached};
 use crate::solver::element_totals::field as element;
-use crate::solver::node_update::field as node;
 use crate::solver::state::State;
 
 /// Keyframes shown at most, the first and the last among them.
-const KEYFRAMES: usize = 61;
+pub(super) const KEYFRAMES: usize = 61;
 /// Nodes of a keyframe at most, about.
 const NODES: usize = 5000;
 /// Plies shown at most.
 const PLIES: usize = 8;
-/// Squared force of a yarn that is broken.
-const BROKEN: f64 = -1.0;
 /// Grid lines on either side of the point of impact that are all kept.
 const DENSE: usize = 8;
 
@@ -48,8 +43,8 @@ pub struct Keyframe {
     /// Largest force of a yarn in a cell, as its elements carry it, warp and weft [N]; `None` where no yarn of that direction
     /// goes through the cell from end to end.
     pub tension: Vec<[Option<f32>; 2]>,
-    /// Position of the projectile's centre of mass [m], and its rotation as a quaternion w, x, y, z.
-    pub pose: Option<[f64; 7]>,
+    /// The projectile, where there is one.
+    pub pose: Option<Pose>,
 }
 
 impl Keyframe {
@@ -67,14 +62,12 @@ pub struct AnimatedPly {
     pub ply: usize,
     /// Grid lines kept along the warp and along the weft, counted in the whole ply.
     pub lines: [Vec<usize>; 2],
-    /// Elements of the whole ply along warp and weft.
-    pub elements: [usize; 2],
     /// Grid lines along the weft and along the warp nearest to the point of impact, among those kept.
     pub hit: [usize; 2],
     /// Reference positions of the nodes kept, in the axes of the pack, row by row [m].
     pub reference: Vec<[f32; 3]>,
     /// The lines, counted in the part that is computed.
-    own: [Vec<usize>; 2],
+    pub(super) own: [Vec<usize>; 2],
 }
 
 impl AnimatedPly {
@@ -84,96 +77,50 @@ impl AnimatedPly {
         let (counts, first) = ([mesh.columns, mesh.rows], mesh.first_in_whole());
         let nearest = [0, 1].map(|a| mesh.nearest_line(a, place[a]));
         let own = [0, 1].map(|a| kept_lines(counts[a], nearest[a], (most as f64).sqrt() as usize));
-        let reference = own[1].iter().flat_map(|row| own[0].iter().map(move |column| (*row, *column)));
-        Self {
-            ply,
-            elements: mesh.whole_counts(),
-            hit: [0, 1].map(|a| own[a].partition_point(|line| *line < nearest[a])),
-            reference: reference.map(|(row, column)| model.reference(ply, row, column).map(|x| x as f32)).collect(),
-            lines: [0, 1].map(|a| own[a].iter().map(|line| line + first[a]).collect()),
-            own,
-        }
+        let hit = [0, 1].map(|a| own[a].partition_point(|line| *line < nearest[a]));
+        let lines = [0, 1].map(|a| own[a].iter().map(|line| line + first[a]).collect());
+        let mut new = Self { ply, hit, reference: Vec::new(), lines, own };
+        new.reference = new.of_nodes(|row, column| model.reference(ply, row, column));
+        new
     }
 
-    /// A row of nodes at these places.
-    #[cfg(test)]
-    pub(super) fn for_tests(reference: Vec<[f32; 3]>) -> Self {
-        let lines: [Vec<usize>; 2] = [(0..reference.len()).collect(), vec![0]];
-        Self { ply: 0, elements: [reference.len(), 1], hit: [0; 2], reference, own: lines.clone(), lines }
+    /// Vectors of the nodes kept, row by row.
+    fn of_nodes(&self, of: impl Fn(usize, usize) -> [f64; 3]) -> Vec<[f32; 3]> {
+        let nodes = self.own[1].iter().flat_map(|row| self.own[0].iter().map(move |column| (*row, *column)));
+        nodes.map(|(row, column)| of(row, column).map(|x| x as f32)).collect()
     }
 
-    /// Whether lists that belong together are of one length, and all places are within them.
-    fn is_sound(&self) -> bool {
-        self.reference.len() == self.lines[0].len() * self.lines[1].len()
-            && (0..2).all(|a| {
-                self.own[a].len() == self.lines[a].len()
-                    && self.hit[a] < self.lines[a].len()
-                    && self.lines[a].last().is_some_and(|last| *last <= self.elements[a])
-                    && self.lines[a].is_sorted()
-            })
+    /// Displacements of the nodes kept.
+    fn displacement<S: Scalar>(&self, model: &Model<S>, state: &State<S>) -> Vec<[f32; 3]> {
+        let (mesh, first) = (&model.ply_type(self.ply).mesh, model.grid.first_node_row(self.ply));
+        self.of_nodes(|row, column| mesh.to_pack(state.displacement(first + row, column)))
     }
 
-    /// Cells along warp and weft.
-    pub fn counts(&self) -> [usize; 2] {
-        self.own.each_ref().map(|lines| lines.len().saturating_sub(1))
-    }
-
-    /// Cells.
-    pub fn cells(&self) -> usize {
-        self.counts().iter().product()
-    }
-
-    /// Displacements of the nodes kept of a row.
-    fn displacements<S: Scalar>(&self, model: &Model<S>, state: &State<S>, row: usize, out: &mut [[f32; 3]]) {
-        let mesh = &model.ply_type(self.ply).mesh;
-        let row = state.nodes.row(model.grid.first_node_row(self.ply) + row);
-        let [x, y, z] = [0, 1, 2].map(|a| &row[(node::DISPLACEMENT + a) * state.nodes.stride..]);
-        for (column, out) in self.own[0].iter().zip(out) {
-            *out = mesh.to_pack([x, y, z].map(|u| u[*column].to_f64())).map(|u| u as f32);
-        }
-    }
-
-    /// Tensions in a row of cells, between two rows of nodes.
-    fn tensions<S: Scalar>(&self, model: &Model<S>, state: &State<S>, rows: &[usize], cells: &mut [[Option<f32>; 2]]) {
+    /// Tensions in the cells. A yarn that is broken in one place is broken from end to end of a cell.
+    fn tension<S: Scalar>(&self, model: &Model<S>, state: &State<S>) -> Vec<[Option<f32>; 2]> {
         // From the force of an element to that of one of its yarns.
         let per_yarn = model.ply_type(self.ply).element.membrane.map(|membrane| (1.0 / membrane) as f32);
         let first = model.grid.first_element_row(self.ply);
-        let columns = self.own[0].last().map_or(0, |last| *last);
-        let mut most = vec![[BROKEN; 2]; cells.len()];
-        // A warp yarn goes through a cell along a row of elements, a weft yarn along a column.
-        let mut wefts = vec![0.0; columns];
-        for row in rows[0]..rows[1] {
-            let [warps, here] = squares(state.elements.row(first + row), state.elements.stride, columns);
-            for (cell, span) in most.iter_mut().zip(self.own[0].windows(2)) {
-                cell[0] = warps[span[0]..span[1]].iter().copied().fold(0.0, end_to_end).max(cell[0]);
-            }
-            wefts.iter_mut().zip(here).for_each(|(all, one)| *all = end_to_end(*all, one));
-        }
-        for ((cell, most), span) in cells.iter_mut().zip(&mut most).zip(self.own[0].windows(2)) {
-            most[1] = wefts[span[0]..span[1]].iter().copied().fold(BROKEN, f64::max);
-            *cell = [0, 1].map(|yarn| (most[yarn] != BROKEN).then(|| per_yarn[yarn] * most[yarn].sqrt() as f32));
-        }
-    }
-}
-
-/// Squared force of the yarns in a row of elements, warp and weft [N²].
-fn squares<S: Scalar>(row: &[S], stride: usize, columns: usize) -> [Vec<f64>; 2] {
-    [element::WARP_FORCE, element::WEFT_FORCE].map(|force| {
-        // Element c is at c + 1.
-        let field = |field: usize| &row[field * stride + 1..field * stride + 1 + columns];
-        let yarn = usize::from(force == element::WEFT_FORCE);
-        let (alive, axes) = (field(element::ALIVE + yarn), [0, 1, 2].map(|axis| field(force + axis)));
-        let square = |column: usize| {
-            let [x, y, z] = axes.map(|axis| axis[column].to_f64());
-            if alive[column].to_f64() > 0.5 { x * x + y * y + z * z } else { BROKEN }
+        let square = |yarn: usize, row: usize, column: usize| {
+            let force = [element::WARP_FORCE, element::WEFT_FORCE][yarn];
+            let [x, y, z] = [0, 1, 2].map(|axis| state.elements.get(first + row, force + axis, column + 1).to_f64());
+            state.alive(first + row, column, yarn).then_some(x * x + y * y + z * z)
         };
-        (0..columns).map(square).collect()
-    })
-}
-
-/// The larger of two squared forces along a yarn; a yarn that is broken in one place is broken. What is no number counts as none.
-fn end_to_end(one: f64, other: f64) -> f64 {
-    if one == BROKEN || other == BROKEN { BROKEN } else { one.max(other) }
+        // A warp yarn goes through a cell along a row of elements, a weft yarn along a column.
+        let cell = |rows: Range<usize>, columns: Range<usize>| {
+            let warp = |row| columns.clone().try_fold(0.0_f64, |most, column| Some(most.max(square(0, row, column)?)));
+            let weft = |column| rows.clone().try_fold(0.0_f64, |most, row| Some(most.max(square(1, row, column)?)));
+            let most =
+                [rows.clone().filter_map(warp).reduce(f64::max), columns.clone().filter_map(weft).reduce(f64::max)];
+            [0, 1].map(|yarn| most[yarn].map(|square| per_yarn[yarn] * square.sqrt() as f32))
+        };
+        let of_row = |rows: &[usize]| {
+            let spans = self.own[0].windows(2);
+            spans.map(|columns| cell(rows[0]..rows[1], columns[0]..columns[1])).collect::<Vec<_>>()
+        };
+        // This reads all elements, and the threads of the loop wait meanwhile.
+        self.own[1].par_windows(2).flat_map_iter(of_row).collect()
+    }
 }
 
 /// Grid lines to keep, `most` at most, of those from 0 to `last`: gaps grow with the distance from the point of impact at `hit` as
@@ -201,7 +148,7 @@ pub(super) fn shown(plies: usize) -> Vec<usize> {
 }
 
 /// Animation of a run.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Animation {
     /// Plies shown, the struck one first; none before the first keyframe.
@@ -217,8 +164,6 @@ pub struct Animation {
     /// Point of impact [m].
     hit: [f64; 2],
     schedule: Schedule,
-    /// The plies are those of the model; not known of an animation from a checkpoint before its next keyframe.
-    begun: bool,
 }
 
 impl Animation {
@@ -232,38 +177,18 @@ impl Animation {
             body: None,
             hit: case.projectile.as_ref().map_or([0.0; 2], |p| p.offset),
             schedule: Schedule::new(KEYFRAMES, case.solver.end_time),
-            begun: false,
         }
     }
 
     /// Bytes of it that a checkpoint carries.
     pub fn to_bytes(&self) -> Vec<u8> {
         // Writing to memory cannot fail.
-        postcard::to_stdvec(&(&self.plies, self.ply_count, &self.keyframes, self.planes, &self.body))
-            .unwrap_or_default()
+        postcard::to_stdvec(self).unwrap_or_default()
     }
 
-    /// The animation of a run that goes on before the step of this number, `dt` [s] long, from the bytes of a checkpoint; `None` where
-    /// those are no animation.
-    pub fn resume(case: &Case, bytes: &[u8], step: u64, dt: f64) -> Option<Self> {
-        let (plies, ply_count, keyframes, planes, body) = postcard::from_bytes(bytes).ok()?;
-        let schedule = Schedule::resume(KEYFRAMES, case.solver.end_time, step, dt);
-        let mut animation = Self { plies, ply_count, keyframes, planes, body, schedule, ..Self::new(case) };
-        animation.drop_unkept();
-        animation.is_sound().then_some(animation)
-    }
-
-    /// Whether all parts have the sizes that they need to have.
-    fn is_sound(&self) -> bool {
-        let nodes: usize = self.plies.iter().map(|ply| ply.reference.len()).sum();
-        let cells: usize = self.plies.iter().map(AnimatedPly::cells).sum();
-        self.body.as_ref().is_none_or(SurfaceMesh::is_sound)
-            && self.plies.iter().all(AnimatedPly::is_sound)
-            && self.keyframes.iter().all(|keyframe| {
-                let lengths = [keyframe.displacement.len(), keyframe.tension.len(), keyframe.deflections.len()];
-                lengths == [nodes, cells, self.plies.len()]
-            })
-            && self.keyframes.windows(2).all(|pair| pair[0].time < pair[1].time)
+    /// The animation so far from the bytes of a checkpoint; `None` where those are none.
+    pub fn from_bytes(bytes: &[u8]) -> Option<Self> {
+        postcard::from_bytes(bytes).ok()
     }
 
     fn take_from(&mut self, view: &View<'_>) {
@@ -274,44 +199,30 @@ impl Animation {
     }
 
     fn take<S: Scalar>(&mut self, model: &Model<S>, state: &State<S>) {
-        if !self.begun {
+        if self.plies.is_empty() {
             self.begin(model);
         }
         let time = state.step as f64 * model.dt;
         if self.keyframes.last().is_some_and(|last| last.time >= time) {
             return; // the end of the run was due anyway
         }
-        // This reads all elements, and the threads of the loop wait meanwhile.
-        let of_ply = |ply: &AnimatedPly| {
-            let mut displacement = vec![[0.0; 3]; ply.reference.len()];
-            let mut tension = vec![[None; 2]; ply.cells()];
-            let nodes = displacement.par_chunks_mut(ply.own[0].len().max(1)).zip(&ply.own[1]);
-            nodes.for_each(|(nodes, row)| ply.displacements(model, state, *row, nodes));
-            let cells = tension.par_chunks_mut(ply.counts()[0].max(1)).zip(ply.own[1].par_windows(2));
-            cells.for_each(|(cells, rows)| ply.tensions(model, state, rows, cells));
-            (attached(model, state, ply.ply).deflection, displacement, tension)
-        };
-        let all: Vec<_> = self.plies.par_iter().map(of_ply).collect();
-        self.keyframes.push(Keyframe {
+        let plies = || self.plies.par_iter();
+        let keyframe = Keyframe {
             step: state.step,
             time,
-            deflections: all.iter().map(|ply| ply.0).collect(),
-            displacement: all.iter().flat_map(|ply| ply.1.iter().copied()).collect(),
-            tension: all.iter().flat_map(|ply| ply.2.iter().copied()).collect(),
-            pose: state.body.as_ref().map(pose),
-        });
+            deflections: plies().map(|ply| attached(model, state, ply.ply).deflection).collect(),
+            displacement: plies().flat_map_iter(|ply| ply.displacement(model, state)).collect(),
+            tension: plies().flat_map_iter(|ply| ply.tension(model, state)).collect(),
+            pose: state.body.as_ref().map(Pose::from),
+        };
+        self.keyframes.push(keyframe);
     }
 
     fn begin<S: Scalar>(&mut self, model: &Model<S>) {
-        self.begun = true;
         self.ply_count = model.plies.len();
         let shown = shown(self.ply_count);
         let nodes = NODES / shown.len().max(1);
-        let plies: Vec<AnimatedPly> = shown.iter().map(|ply| AnimatedPly::new(model, *ply, self.hit, nodes)).collect();
-        if plies != self.plies {
-            self.keyframes.clear(); // of another model
-        }
-        self.plies = plies;
+        self.plies = shown.iter().map(|ply| AnimatedPly::new(model, *ply, self.hit, nodes)).collect();
         self.planes = model.planes;
         let pack = self.plies.iter().flat_map(|ply| &ply.reference);
         self.body = model.projectile.as_ref().map(|projectile| SurfaceMesh::new(&projectile.body, pack));
@@ -319,7 +230,7 @@ impl Animation {
 
     /// The animation with this number of keyframes at most, evenly from the first to the last.
     #[must_use]
-    pub(super) fn with(&self, keyframes: usize) -> Self {
+    pub fn with(&self, keyframes: usize) -> Self {
         let times: Vec<f64> = self.keyframes.iter().map(|keyframe| keyframe.time).collect();
         let keyframes = even(&times, keyframes).into_iter().map(|at| self.keyframes[at].clone()).collect();
         Self { keyframes, ..self.clone() }
@@ -345,7 +256,8 @@ impl Animation {
     }
 
     /// Height of the last part of the projectile, along the normal of the pack [m].
-    fn tail(&self, [_, _, height, w, x, y, z]: &[f64; 7]) -> f64 {
+    fn tail(&self, pose: &Pose) -> f64 {
+        let ([w, x, y, z], height) = (pose.rotation, pose.position[2]);
         let normal = [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)];
         let points = self.body.iter().flat_map(|body| &body.points);
         let heights = points.map(|point| (0..3).map(|axis| normal[axis] * point[axis]).sum::<f64>());
@@ -357,12 +269,6 @@ impl Animation {
         let all = self.keyframes.iter().flat_map(|keyframe| &keyframe.tension).flatten();
         all.flatten().copied().filter(|tension| tension.is_finite()).fold(0.0, f32::max)
     }
-
-    /// Drops the keyframes that the schedule has given up.
-    fn drop_unkept(&mut self) {
-        let kept: HashSet<u64> = self.schedule.kept().collect();
-        self.keyframes.retain(|keyframe| kept.contains(&keyframe.step));
-    }
 }
 
 impl Observer for Animation {
@@ -373,7 +279,7 @@ impl Observer for Animation {
     fn on_snapshot(&mut self, view: &View<'_>) {
         self.take_from(view);
         self.schedule.pass(view.step(), view.clock()[1]);
-        self.drop_unkept();
+        self.keyframes.retain(|keyframe| self.schedule.keeps(keyframe.step));
     }
 
     fn on_end(&mut self, view: &View<'_>) {
@@ -385,11 +291,49 @@ impl Observer for Animation {
     }
 }
 
-fn pose(body: &RigidBody) -> [f64; 7] {
-    let (at, q) = (body.position, body.orientation.quaternion());
-    [at.x, at.y, at.z, q.w, q.i, q.j, q.k]
-}
-
 #[cfg(test)]
-#[path = "animation_tests.rs"]
-mod tests;
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_are_dense_around_the_impact_and_end_at_the_edges() {
+        assert_eq!(kept_lines(160, 80, 161).len(), 161);
+        let few = kept_lines(160, 80, 60);
+        assert!(few.len() <= 60 && few.len() > 50, "{}", few.len());
+        assert_eq!((few[0], few[few.len() - 1]), (0, 160));
+        let dense = few.iter().filter(|line| line.abs_diff(80) <= DENSE).count();
+        assert_eq!(dense, 2 * DENSE + 1);
+        assert!(few.windows(2).all(|pair| pair[0] < pair[1]));
+        let half = kept_lines(80, 0, 30);
+        assert_eq!((half[0], half[half.len() - 1]), (0, 80));
+    }
+
+    #[test]
+    fn an_animation_opens_at_the_largest_deflection_that_the_projectile_is_near() {
+        let mut animation = Animation::new(&crate::case::shipped(&["/expect=[]"]));
+        let upright =
+            Pose { position: [0.0; 3], rotation: [1.0, 0.0, 0.0, 0.0], velocity: [0.0; 3], angular_velocity: [0.0; 3] };
+        let of = |(step, [deflection, height]): (u64, [f64; 2])| {
+            let pose = Some(Pose { position: [0.0, 0.0, height], ..upright });
+            let deflections = vec![0.0, deflection];
+            Keyframe { step, time: step as f64, deflections, displacement: Vec::new(), tension: Vec::new(), pose }
+        };
+        animation.keyframes = (0..).zip([[0.0, 0.0], [2.0, 1.0], [3.0, 3.5], [4.0, 9.0]]).map(of).collect();
+        assert_eq!(animation.opening(), 1);
+        // A body that reaches 1 m back from its centre of mass.
+        let body = SurfaceMesh { points: vec![[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]], faces: Vec::new() };
+        animation.body = Some(body);
+        assert_eq!(animation.opening(), 2);
+    }
+
+    #[test]
+    fn first_and_last_of_many_plies_are_shown() {
+        assert_eq!(shown(3), [0, 1, 2]);
+        assert_eq!(shown(50), [0, 7, 14, 21, 28, 35, 42, 49]);
+        for plies in 9..65 {
+            let shown = shown(plies);
+            assert!(shown.len() == PLIES && shown[0] == 0 && shown[PLIES - 1] == plies - 1, "{plies}");
+            assert!(shown.windows(2).all(|pair| pair[0] < pair[1]), "{plies}");
+        }
+    }
+}

@@ -9,19 +9,6 @@ use crate::run::checkpoint::{Checkpointable, Header, Spent};
 /// Rounding allowed in comparing times, in steps.
 const SLACK: f64 = 1e-6;
 
-/// Reason why there is no checkpoint of a time.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("no checkpoint at {time}: {reason}; {last}")]
-#[non_exhaustive]
-pub struct CheckpointWriteError {
-    /// Time of the run, with its unit.
-    pub time: String,
-    /// Words of the disk or the device.
-    pub reason: String,
-    /// Fate of the checkpoint before.
-    pub last: String,
-}
-
 /// Writer of checkpoints, of which the last stays.
 pub struct CheckpointWriter<'a> {
     folder: &'a Folder,
@@ -34,7 +21,8 @@ pub struct CheckpointWriter<'a> {
     /// Times of the last checkpoint tried, and of the last written [s].
     tried: f64,
     kept: Option<f64>,
-    failed: Option<String>,
+    /// The last checkpoint that could not be written, and why.
+    pub failed: Option<String>,
 }
 
 impl<'a> CheckpointWriter<'a> {
@@ -55,24 +43,27 @@ impl<'a> CheckpointWriter<'a> {
     /// in the loop so far, all parts of the run [s].
     ///
     /// # Errors
-    /// When it could not be written; the one before is still there.
-    pub fn write(
-        &mut self,
-        run: &dyn Checkpointable,
-        followed: &[u8],
-        loop_seconds: f64,
-    ) -> Result<(), CheckpointWriteError> {
+    /// When it could not be written, in words; the one before is still there.
+    pub fn write(&mut self, run: &dyn Checkpointable, followed: &[u8], loop_seconds: f64) -> Result<(), String> {
         let head = Header { spent: self.spent(loop_seconds), ..self.head.clone() };
         let (time, folder) = (run.time(), self.folder);
         self.tried = time;
         let write =
             || folder.replace(CHECKPOINT, |file| run.save(&head, followed, file)).map_err(|error| error.to_string());
-        let result = self.begin().and_then(|()| write()).map_err(|reason| self.complaint(time, reason));
-        match &result {
-            Ok(()) => self.kept = Some(time),
-            Err(error) => self.failed = Some(error.to_string()),
+        if let Err(reason) = self.begin().and_then(|()| write()) {
+            let last = match self.kept {
+                Some(kept) if folder.path().join(CHECKPOINT).exists() => {
+                    format!("the one of {:.3} µs is still there", kept * 1e6)
+                }
+                Some(_) => "the one before is gone".to_owned(),
+                None => "there is none so far".to_owned(),
+            };
+            let error = format!("no checkpoint at {:.3} µs: {reason}; {last}", time * 1e6);
+            self.failed = Some(error.clone());
+            return Err(error);
         }
-        result
+        self.kept = Some(time);
+        Ok(())
     }
 
     /// Makes the folder that of this run: files of an earlier one go.
@@ -87,25 +78,10 @@ impl<'a> CheckpointWriter<'a> {
         Ok(())
     }
 
-    fn complaint(&self, time: f64, reason: String) -> CheckpointWriteError {
-        let is_there = self.folder.path().join(CHECKPOINT).exists();
-        let last = match self.kept {
-            Some(kept) if is_there => format!("the one of {:.3} µs is still there", kept * 1e6),
-            Some(_) => "the one before is gone".to_owned(),
-            None => "there is none so far".to_owned(),
-        };
-        CheckpointWriteError { time: format!("{:.3} µs", time * 1e6), reason, last }
-    }
-
     /// Time that all parts of the run have taken, so much of it in the loop [s].
     pub fn spent(&self, loop_seconds: f64) -> Spent {
         let wall = self.head.spent.wall + self.start.elapsed().as_secs_f64();
         Spent { wall, r#loop: loop_seconds, ..self.head.spent }
-    }
-
-    /// The last checkpoint that could not be written.
-    pub fn failed(&self) -> Option<&str> {
-        self.failed.as_deref()
     }
 
     /// Whether the folder holds a checkpoint of this run.

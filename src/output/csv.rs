@@ -1,21 +1,17 @@
 //! Tables of a run as comma-separated text: history, yarn failures, plies, deflection profiles.
 
 use crate::case::{Case, Layer};
-use crate::run::profile::DeflectionProfile;
-use crate::run::{PlySample, Sample};
+use crate::run::{DeflectionProfile, PlySample, ProfilePoint, Sample};
 use crate::solver::FailureEvent;
 
-/// The first line.
-pub(crate) fn header<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
-    let mut line = names.into_iter().collect::<Vec<_>>().join(",");
-    line.push('\n');
-    line
-}
-
-/// Adds a line.
-pub(crate) fn row(text: &mut String, cells: impl IntoIterator<Item = String>) {
-    text.push_str(&cells.into_iter().collect::<Vec<_>>().join(","));
-    text.push('\n');
+/// A table: names of the columns, then its rows.
+pub(crate) fn table<'a>(
+    names: impl IntoIterator<Item = &'a str>,
+    rows: impl IntoIterator<Item = Vec<String>>,
+) -> String {
+    let names = names.into_iter().map(str::to_owned).collect();
+    let line = |cells: Vec<String>| cells.iter().map(|cell| quoted(cell)).collect::<Vec<_>>().join(",") + "\n";
+    std::iter::once(names).chain(rows).map(line).collect()
 }
 
 /// A cell of free text: in quotes where it must be (RFC 4180).
@@ -104,59 +100,72 @@ pub(crate) fn between<T>(
 
 /// `history.csv`: a row per sample.
 pub(super) fn history(history: &[Sample]) -> String {
-    let mut text = header(COLUMNS.iter().map(|column| column.name));
-    for sample in history {
-        row(&mut text, COLUMNS.iter().map(|column| number((column.read)(sample))));
-    }
-    text
+    let row = |sample: &Sample| COLUMNS.iter().map(|column| number((column.read)(sample))).collect();
+    table(COLUMNS.iter().map(|column| column.name), history.iter().map(row))
 }
 
 /// `events.csv`: every yarn failure. `ply`, `i` (column, along warp) and `j` (row, along weft) count from 0; `x_mm` and `y_mm` are the
 /// reference place of the element from the middle of its ply, in the ply's axes. `time_step` [s].
 pub(super) fn events(case: &Case, events: &[FailureEvent], time_step: f64) -> String {
-    let mut text = header(["time_us", "ply", "i", "j", "yarn", "strain", "x_mm", "y_mm"]);
     let of_layer = |layer: &Layer| vec![layer.middles(); layer.plies as usize];
     let middles: Vec<[Vec<f64>; 2]> = case.layers().iter().flat_map(of_layer).collect();
-    for event in events {
-        let time = event.step as f64 * time_step * 1e6;
-        let yarn = if event.yarn == 0 { "warp" } else { "weft" };
-        let place = [event.ply, event.i, event.j].map(|n| n.to_string());
-        let [ply, i, j] = place;
-        let [along, across] = &middles[event.ply as usize];
-        let [x, y] = [along[event.i as usize], across[event.j as usize]].map(|place| number(place * 1e3));
-        row(&mut text, [number(time), ply, i, j, yarn.to_owned(), number(event.strain), x, y]);
-    }
-    text
+    let row = |event: &FailureEvent| {
+        let FailureEvent { step, ply, i, j, yarn, strain } = *event;
+        let [along, across] = &middles[ply as usize];
+        let [x, y] = [along[i as usize], across[j as usize]].map(|place| number(place * 1e3));
+        let [ply, i, j] = [ply, i, j].map(|n| n.to_string());
+        let yarn = ["warp", "weft"][usize::from(yarn)].to_owned();
+        vec![number(step as f64 * time_step * 1e6), ply, i, j, yarn, number(strain), x, y]
+    };
+    table(["time_us", "ply", "i", "j", "yarn", "strain", "x_mm", "y_mm"], events.iter().map(row))
 }
 
 /// `plies.csv`: every ply of a pack at the times of the history, counted from 0 at the struck side.
 pub(super) fn plies(history: &[PlySample]) -> String {
     let names =
         ["time_us", "ply", "kinetic_energy_j", "stored_energy_j", "max_deflection_mm", "failed_warp", "failed_weft"];
-    let mut text = header(names);
-    for sample in history {
-        let PlySample { time, ply, moment, failed } = sample;
-        let numbers = [moment.kinetic, moment.stored, moment.deflection * 1e3].map(number);
-        let [kinetic, stored, deflection] = numbers;
-        let [warp, weft] = failed.map(|count| count.to_string());
-        row(&mut text, [number(time * 1e6), ply.to_string(), kinetic, stored, deflection, warp, weft]);
-    }
-    text
+    let row = |PlySample { time, ply, moment, failed: [warp, weft] }: &PlySample| {
+        let counts = [*ply as f64, *warp as f64, *weft as f64];
+        let (kinetic, stored, deflection) = (moment.kinetic, moment.stored, moment.deflection * 1e3);
+        [time * 1e6, counts[0], kinetic, stored, deflection, counts[1], counts[2]].map(number).into()
+    };
+    table(names, history.iter().map(row))
 }
 
 /// `profiles.csv`: every node of every deflection profile.
 pub(super) fn profiles(profiles: &[DeflectionProfile]) -> String {
-    let mut text = header(["time_us", "reference_mm", "position_mm", "deflection_mm", "strain", "force_n_per_m"]);
-    for profile in profiles {
-        for p in &profile.points {
-            let numbers =
-                [profile.time * 1e6, p.reference * 1e3, p.position * 1e3, p.deflection * 1e3, p.strain, p.force];
-            row(&mut text, numbers.map(number));
-        }
-    }
-    text
+    let names = ["time_us", "reference_mm", "position_mm", "deflection_mm", "strain", "force_n_per_m"];
+    let points = profiles.iter().flat_map(|profile| profile.points.iter().map(|point| (profile.time, point)));
+    let row = |(time, p): (f64, &ProfilePoint)| {
+        [time * 1e6, p.reference * 1e3, p.position * 1e3, p.deflection * 1e3, p.strain, p.force].map(number).into()
+    };
+    table(names, points.map(row))
 }
 
 #[cfg(test)]
-#[path = "csv_tests.rs"]
-mod tests;
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_read_back_and_stay_short() {
+        for value in [0.1, -3.25e-20, 1.0 / 3.0, 6.02e23, 42.0, f64::MIN_POSITIVE] {
+            assert_eq!(number(value).parse(), Ok(value));
+        }
+        assert_eq!(number(-0.0), "0");
+        assert_eq!(number(400.0), "400");
+        assert_eq!(number(f64::NAN), "NaN");
+    }
+
+    #[test]
+    fn reads_between_rows_and_never_outside() {
+        let row = |time: f64, velocity: f64| Sample { time, projectile_velocity: velocity, ..Sample::default() };
+        let history = [row(0.0, 100.0), row(1e-6, 90.0), row(3e-6, 80.0)];
+        let velocity = find("projectile_velocity_m_s");
+        let read = |time: f64| velocity.and_then(|column| at(&history, column, time));
+        assert_eq!(read(0.0), Some(100.0));
+        assert_eq!(read(3e-6), Some(80.0));
+        assert!(read(2e-6).is_some_and(|v| (v - 85.0).abs() < 1e-9));
+        assert_eq!(read(3.1e-6), None);
+        assert_eq!(read(-1e-9), None);
+    }
+}

@@ -10,53 +10,7 @@ use serde_json::{Value, json};
 use super::csv;
 use super::number::short;
 use crate::case::{Bound, Case, Expect};
-use crate::run::profile::{self, DeflectionProfile};
-use crate::run::{Run, Sample};
-
-/// One expectation after the run.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct Checked {
-    /// Expectation of the case.
-    pub expect: Expect,
-    /// Number, word or flag found; null where there is none.
-    pub got: Value,
-    /// Whether it holds.
-    pub pass: bool,
-    /// Reason why there is nothing to compare, or how the number was read.
-    pub note: Option<String>,
-}
-
-impl Checked {
-    /// Result as it stands in `summary.json`; times in µs.
-    pub fn to_json(&self) -> Value {
-        let expect = &self.expect;
-        let mut out = json!({
-            "quantity": expect.quantity,
-            "expected": match &expect.bound {
-                Bound::Word(word) => json!(word),
-                Bound::Value { value, tolerance } => json!({ "value": value, "tolerance": tolerance }),
-                Bound::Range { min, max } => json!({ "min": min, "max": max }),
-            },
-            "got": self.got,
-            "pass": self.pass,
-            "source": expect.source,
-        });
-        if let Some(at) = expect.at {
-            out["at_us"] = json!(microseconds(at));
-        }
-        if let Some(between) = expect.between {
-            out["between_us"] = json!(between.map(microseconds));
-        }
-        if let Some(note) = &self.note {
-            out["note"] = json!(note);
-        }
-        if !self.pass && !expect.known_difference.is_empty() {
-            out["known_difference"] = json!(expect.known_difference);
-        }
-        out
-    }
-}
+use crate::run::{DeflectionProfile, Run, Sample, speed};
 
 /// A time [s] in µs as the case gave it, without the noise of the conversion.
 fn microseconds(time: f64) -> f64 {
@@ -83,16 +37,36 @@ fn in_precision(expect: &Expect, precision: &str) -> Expect {
     out
 }
 
-/// Compares every expectation of `case` with the run and its summary (which need not have `expect` itself).
-pub fn check(case: &Case, run: &Run, summary: &Value) -> Vec<Checked> {
-    case.expect
-        .iter()
-        .map(|expect| {
-            let expect = &in_precision(expect, run.precision);
-            let (got, note) = find(expect, run, summary).unwrap_or_else(|reason| (Value::Null, Some(reason)));
-            Checked { pass: holds(&expect.bound, &got), expect: expect.clone(), got, note }
-        })
-        .collect()
+/// Compares every expectation of `case` with the run and its summary (which need not have `expect` itself). The results stand in
+/// `summary.json`: number, word or flag found, whether the expectation holds, and a note on why there is nothing to compare or how
+/// the number was read; times in µs.
+pub fn check(case: &Case, run: &Run, summary: &Value) -> Vec<Value> {
+    let one = |expect: &Expect| {
+        let expect = &in_precision(expect, run.precision);
+        let (got, note) = find(expect, run, summary).unwrap_or_else(|reason| (Value::Null, Some(reason)));
+        let pass = holds(&expect.bound, &got);
+        let mut out = json!({
+            "quantity": expect.quantity,
+            "expected": match &expect.bound {
+                Bound::Word(word) => json!(word),
+                Bound::Value { value, tolerance } => json!({ "value": value, "tolerance": tolerance }),
+                Bound::Range { min, max } => json!({ "min": min, "max": max }),
+            },
+            "got": got,
+            "pass": pass,
+            "source": expect.source,
+        });
+        let known = &expect.known_difference;
+        let more = [
+            ("at_us", expect.at.map(|time| json!(microseconds(time)))),
+            ("between_us", expect.between.map(|times| json!(times.map(microseconds)))),
+            ("note", note.map(Value::String)),
+            ("known_difference", (!pass && !known.is_empty()).then(|| json!(known))),
+        ];
+        more.into_iter().filter_map(|(key, value)| Some((key, value?))).for_each(|(key, value)| out[key] = value);
+        out
+    };
+    case.expect.iter().map(one).collect()
 }
 
 /// Value found, and how it was read where that is not as asked for.
@@ -186,7 +160,7 @@ fn wave_speed(
     if from.time >= to.time {
         return Err("two profiles are needed; list both times in /output/profile_times_us".to_owned());
     }
-    let speed = profile::speed(from, to, place).ok_or_else(|| format!("the profiles have no {wave}"))?;
+    let speed = speed(from, to, place).ok_or_else(|| format!("the profiles have no {wave}"))?;
     Ok((json!(speed), other_times(&[from, to], &between, run.time_step)))
 }
 
@@ -293,5 +267,44 @@ pub fn judgement(check: &Value) -> Judgement {
 }
 
 #[cfg(test)]
-#[path = "expect_tests.rs"]
-mod tests;
+mod tests {
+    use super::*;
+    use crate::solver::energy_balance::Balance;
+
+    #[test]
+    fn finds_the_frequency_of_a_vibration_between_its_samples() {
+        let frequency_hz = 1234.5;
+        let row = |n: u32| {
+            let time = f64::from(n) * 7e-6;
+            let velocity = (std::f64::consts::TAU * frequency_hz * time).sin();
+            Sample {
+                time,
+                balance: Balance { kinetic: velocity * velocity, ..Balance::default() },
+                ..Sample::default()
+            }
+        };
+        let history: Vec<Sample> = (0..800).map(row).collect();
+        let all = [f64::NEG_INFINITY, f64::INFINITY];
+        let got = frequency(&history, all).unwrap_or_default();
+        assert!((got / frequency_hz - 1.0).abs() < 1e-4, "{got}");
+        assert_eq!(frequency(&history[..40], all), None);
+        assert_eq!(frequency(&[], all), None);
+    }
+
+    #[test]
+    fn a_parabola_has_its_vertex_wherever_its_points_are() {
+        let point = |x: f64| [x, 3.0 - 2.0 * (x - 1.3).powi(2)];
+        assert!((vertex(&[point(0.0), point(1.0), point(4.0)]) - 1.3).abs() < 1e-12);
+    }
+
+    #[test]
+    fn bounds_hold_at_their_ends_and_for_the_right_kind() {
+        let value = Bound::Value { value: 10.0, tolerance: 1.0 };
+        assert!(holds(&value, &json!(11)) && !holds(&value, &json!(11.01)) && !holds(&value, &Value::Null));
+        let range = Bound::Range { min: 0.0, max: f64::INFINITY };
+        assert!(holds(&range, &json!(0)) && !holds(&range, &json!("0")));
+        assert!(holds(&Bound::Word("stopped".to_owned()), &json!("stopped")));
+        assert!(!holds(&Bound::Word("stopped".to_owned()), &json!("perforated")));
+        assert!(holds(&Bound::Word("false".to_owned()), &json!(false)));
+    }
+}

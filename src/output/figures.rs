@@ -1,26 +1,16 @@
 //! Figures of a run: plots with their words, for the report and `shot.svg`.
 
-use super::animation::{self, AnimatedPly, Animation, Keyframe};
+use super::animation::{self, Animation, Keyframe};
 use super::breakage::Breakage;
 use super::number::short;
 use super::plot::{self, Figure, Plot};
 use super::summary::residual_velocity;
-use crate::case::{Along, Case, Word};
-use crate::model::unit_cell_curve::{self, CurvePoint};
+use crate::case::{Case, Word};
 use crate::run::outcome::Outcome;
-use crate::run::{PlySample, Run, Sample};
+use crate::run::{DeflectionProfile, PlySample, Run, Sample};
 
-/// Columns of the stacked areas at most.
-const COLUMNS: usize = 240;
-/// Energy below zero that is drawn, over the largest [-].
-const LEAST: f64 = 1e-3;
 /// Deflection profiles at most.
 const PROFILES: usize = 6;
-/// Points of the unit-cell curve.
-const POINTS: usize = 121;
-/// Stretch up to which a cell is drawn whose yarns do not break [-].
-const FAR: f64 = 1.1;
-
 /// A quantity of the history under its name.
 type HistoryCurve = (&'static str, fn(&Sample) -> f64);
 
@@ -119,7 +109,7 @@ pub(super) fn plies(run: &Run) -> Option<Figure> {
     Some(Figure::new("plies", "Energy of the plies", caption, Some(over_time(0.0, unit, &lines))))
 }
 
-/// Energies, stacked.
+/// Energies and their sum.
 pub(super) fn energy(run: &Run) -> Figure {
     let mut curves: Vec<HistoryCurve> = vec![
         ("projectile", |row| row.balance.projectile),
@@ -130,126 +120,38 @@ pub(super) fn energy(run: &Run) -> Figure {
         ("contact", |row| row.balance.contact),
         ("hourglass", |row| row.balance.hourglass),
         ("shock viscosity", |row| row.balance.viscous),
+        ("ply separation", |row| -row.balance.separation),
     ];
-    if run.history.iter().any(|row| row.balance.separation != 0.0) {
-        curves.push(("ply separation", |row| -row.balance.separation));
-    }
-    let (step, last) = (run.history.len().div_ceil(COLUMNS).max(1), run.history.len().saturating_sub(1));
-    let kept = run.history.iter().enumerate().filter(|(n, _)| n.is_multiple_of(step) || *n == last);
-    let rows: Vec<&Sample> =
-        kept.map(|(_, row)| row).filter(|row| curves.iter().all(|(_, of)| of(row).is_finite())).collect();
-    // What is above zero stands on zero, what is below hangs from it.
-    let part = |value: f64, below: bool| if below { value.min(0.0) } else { value.max(0.0) };
-    let level = |row: &Sample, count: usize, below: bool| -> f64 {
-        curves[..count].iter().map(|(_, of)| part(of(row), below)).sum()
-    };
-    let top = rows.iter().map(|row| level(row, curves.len(), false)).fold(0.0, f64::max);
-    let bottom = rows.iter().map(|row| level(row, curves.len(), true)).fold(0.0, f64::min);
-    // Rounding is not drawn.
-    let bottom = if bottom < -LEAST * top { bottom } else { 0.0 };
+    curves.retain(|(_, of)| run.history.iter().any(|row| of(row) != 0.0));
+    let sum = |row: &Sample| curves.iter().map(|(_, of)| of(row)).sum::<f64>();
+    let top = run.history.iter().map(sum).filter(|x| x.is_finite()).fold(0.0, f64::max);
     let (factor, unit) = unit(top);
-    let end = run.history.last().map_or(1e-6, |row| row.time * 1e6);
-    let mut plot = Plot::new([0.0, end], [factor * bottom, factor * top], ["time [µs]", unit]);
-    plot.over_time = true;
-    for (n, (name, of)) in curves.iter().enumerate() {
-        for below in [false, true] {
-            let is_there = |row: &&Sample| part(of(row), below).abs() > if below { LEAST * top } else { 0.0 };
-            if rows.iter().any(is_there) {
-                let edge = |count: usize| move |row: &&Sample| [row.time * 1e6, factor * level(row, count, below)];
-                plot.area(&format!("k{n}"), rows.iter().map(edge(n + 1)).chain(rows.iter().rev().map(edge(n))));
-            }
-        }
-        plot.legend.push((format!("block k{n}"), (*name).to_owned()));
-    }
-    let caption = if bottom < 0.0 {
-        "One on the other. What is below zero was given, not taken. That the height of all of it stays the same, what is below zero \
-         taken off, means that no energy is made or lost."
-    } else {
-        "One on the other. That the upper edge stays level means that no energy is made or lost."
-    };
+    let lines: Vec<Line> = curves.iter().map(|(name, of)| line(name, &run.history, |row| factor * of(row))).collect();
+    let mut plot = over_time(factor * top, unit, &lines);
+    plot.line("ink", "sum", &line("", &run.history, |row| factor * sum(row)).1);
+    let caption = "That the sum stays level means that no energy is made or lost.";
     Figure::new("energy", "Where the energy is", caption, Some(plot))
 }
 
-/// Deflection profiles: those the case asks for, else some of the animation's.
-pub(super) fn profiles(case: &Case, run: &Run, animation: Option<&Animation>) -> Option<Figure> {
-    let some = |count: usize| {
-        let shown = count.min(PROFILES);
-        (1..=shown).map(move |n| n * count / shown - 1)
+/// Deflection profiles that the case asks for.
+pub(super) fn profiles(case: &Case, run: &Run) -> Option<Figure> {
+    let (count, shown) = (run.profiles.len(), run.profiles.len().min(PROFILES));
+    let chosen = (1..=shown).map(|n| &run.profiles[n * count / shown - 1]);
+    let line = |profile: &DeflectionProfile| -> Line {
+        let points = profile.points.iter().map(|p| [p.position * 1e3, p.deflection * 1e3]).collect();
+        (format!("{} µs", short(profile.time * 1e6, 3)), points)
     };
-    let (lines, along): (Vec<Line>, Along) = if run.profiles.is_empty() {
-        let (animation, ply) = (animation?, animation?.plies.first()?);
-        let line =
-            |at: usize| (animation.keyframes[at].time, row_through_hit(animation, ply, &animation.keyframes[at]));
-        let lines = some(animation.keyframes.len()).map(line);
-        (lines.map(|(time, points)| (format!("{} µs", short(time * 1e6, 3)), points)).collect(), Along::Warp)
-    } else {
-        let chosen = some(run.profiles.len()).map(|at| &run.profiles[at]);
-        let line = |profile: &crate::run::profile::DeflectionProfile| {
-            let points = profile.points.iter().map(|p| [p.position * 1e3, p.deflection * 1e3]).collect();
-            (format!("{} µs", short(profile.time * 1e6, 3)), points)
-        };
-        (chosen.map(line).collect(), case.output.profile_along)
-    };
+    let lines: Vec<Line> = chosen.map(line).collect();
     let points = || lines.iter().flat_map(|(_, points)| points).filter(|p| p[0].is_finite() && p[1].is_finite());
     let range = |a: usize| points().fold([0.0_f64; 2], |[low, high], p| [low.min(p[a]), high.max(p[a])]);
-    let along = along.word();
+    let along = case.output.profile_along.word();
     let title = format!("position along the {along} [mm]");
     let mut plot = Plot::new(range(0), range(1), [&title, "deflection [mm]"]);
     for (n, (time, points)) in lines.iter().enumerate() {
         plot.line(&format!("t{n}"), time, points);
     }
     let caption = format!("The struck ply along the {along} through the point of impact, from light to dark in time.");
-    Some(Figure::new("profile", "Deflection profile", caption, Some(plot)))
-}
-
-/// Row of nodes of the struck ply through the point of impact, and its mirror image where half of it is kept: position and deflection [mm].
-fn row_through_hit(animation: &Animation, ply: &AnimatedPly, keyframe: &Keyframe) -> Vec<[f64; 2]> {
-    let length = ply.lines[0].len();
-    let nodes = ply.hit[1] * length..(ply.hit[1] + 1) * length;
-    let origin = ply.reference[nodes.start + ply.hit[0]];
-    let [from, to] = [ply.reference[nodes.start], ply.reference[nodes.end - 1]];
-    let step = [0, 1].map(|a| f64::from(to[a] - from[a]));
-    let size = step[0].hypot(step[1]);
-    let place = |node: usize| {
-        let (at, moved) = (ply.reference[node], keyframe.displacement[node]);
-        let across = |a: usize| f64::from(at[a] + moved[a] - origin[a]) * step[a] / size;
-        [1e3 * (across(0) + across(1)), 1e3 * f64::from(moved[2])]
-    };
-    let points: Vec<[f64; 2]> = nodes.map(place).collect();
-    let mirrored = animation.planes.0[usize::from(step[1].abs() > step[0].abs())];
-    let images = points.iter().filter(|p| mirrored && p[0] != 0.0).map(|p| [-p[0], p[1]]);
-    let mut all: Vec<[f64; 2]> = points.iter().copied().chain(images).collect();
-    all.sort_by(|a, b| a[0].total_cmp(&b[0]));
-    all
-}
-
-/// Tensions of both yarns while the unit cell of the struck ply is stretched along one: the paper's Figure 4.
-pub(super) fn unit_cell(case: &Case) -> Option<Figure> {
-    let layers = case.layers();
-    let fabric = &layers.first()?.fabric;
-    let yarns = [&fabric.warp, &fabric.weft];
-    let stretched = yarns.iter().position(|yarn| yarn.present)?;
-    let [along, across] = if stretched == 0 { ["warp", "weft"] } else { ["weft", "warp"] };
-    let far = ((1.0 + yarns[stretched].crimp) * (1.0 + yarns[stretched].failure_strain)).min(FAR);
-    let stretches: Vec<f64> = (0..POINTS).map(|n| 1.0 + (far - 1.0) * n as f64 / (POINTS - 1) as f64).collect();
-    let [warp, weft] = if stretched == 0 { [&stretches[..], &[1.0]] } else { [&[1.0], &stretches[..]] };
-    let mut curve = unit_cell_curve::solve(fabric, warp, weft);
-    let broken = curve.iter().position(|point| (0..2).any(|yarn| point.is_broken(fabric, yarn)));
-    curve.truncate(broken.unwrap_or(POINTS).max(2));
-    let at = |point: &CurvePoint| (point.stretch[stretched] - 1.0) * 2e3 * yarns[stretched].half_span();
-    let top = curve.iter().flat_map(|point| point.cell.tension).fold(0.0, f64::max);
-    let title = format!("extension of a cell along the {along} [mm]");
-    let mut plot = Plot::new([0.0, curve.iter().map(at).fold(0.0, f64::max)], [0.0, top], [&title, "yarn tension [N]"]);
-    for (yarn, name) in ["warp", "weft"].into_iter().enumerate() {
-        let points: Vec<[f64; 2]> = curve.iter().map(|point| [at(point), point.cell.tension[yarn]]).collect();
-        plot.line(&format!("k{yarn}"), name, &points);
-    }
-    let caption = format!(
-        "The unit cell of {}: stretched along the {along}, held along the {across}, up to the failure of a yarn or a \
-         stretch of {FAR}; as Figure 4 of Shahkarami & Vaziri (2006) shows it.",
-        fabric.name
-    );
-    Some(Figure::new("unit-cell", "One crossing of two yarns, pulled", caption, Some(plot)))
+    (count > 0).then(|| Figure::new("profile", "Deflection profile", caption, Some(plot)))
 }
 
 /// `shot.svg`: the shot at a glance.
@@ -260,7 +162,7 @@ pub(super) fn shot(case: &Case, run: &Run) -> String {
         (Outcome::Stopped, Some(time)) => format!("{word} at {:.0} µs", time * 1e6),
         _ => format!("{word} at the end of the run"),
     };
-    let figures = [profiles(case, run, None), Some(velocity(run)), Some(force(run))];
+    let figures = [profiles(case, run), Some(velocity(run)), Some(force(run))];
     let plots: Vec<Plot> = figures.into_iter().flatten().filter_map(|figure| figure.plot).collect();
     plot::file(&case.title, &verdict, &plots)
 }

@@ -1,13 +1,13 @@
-//! The output folder.
+//! The output folder: one run holds it, and a file in it is complete or not there.
 
-use std::fs::{self, File};
+use std::fs::{self, File, TryLockError};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use same_file::Handle;
 use serde_json::Value;
-use tempfile::{NamedTempFile, TempDir};
+use tempfile::NamedTempFile;
 
-use super::disk::{self, Lock, temporary};
 use super::{csv, figures};
 use crate::case::Case;
 use crate::run::Run;
@@ -29,15 +29,20 @@ pub(super) const PVD: &str = "frames.pvd";
 pub(super) const FRAMES: &str = "frames";
 /// Folder of frames that a run which goes on from the checkpoint needs.
 pub(super) const SPOOL: &str = "checkpoint.frames";
-/// Expectation of a folder.
-const WRITABLE: &str = "a folder that can be written";
 /// All files this module may write.
 const FILES: [&str; 10] =
     [CASE, "history.csv", "events.csv", PLIES, PROFILES, PVD, "shot.svg", REPORT, SUMMARY, CHECKPOINT];
+/// Begin and end of the names of unfinished files.
+const UNFINISHED: [&str; 2] = [".ripstop-", ".tmp"];
 
-/// Complete frames under a temporary name; none by default.
+/// Complete frames elsewhere; none by default.
 #[derive(Debug, Default)]
-pub struct StagedFrames(pub(super) Option<TempDir>);
+pub struct StagedFrames {
+    /// Path of each file, and its name in the series.
+    pub(super) files: Vec<(PathBuf, String)>,
+    /// Text of the list.
+    pub(super) list: String,
+}
 
 /// Reason why results could not be written.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -62,24 +67,8 @@ impl OutputError {
 
     /// Error of a file of results that the disk refuses.
     pub(crate) fn unwritten(path: &Path, error: &io::Error) -> Self {
-        Self {
-            help: "make room there, then go on with --resume",
-            ..Self::new(path, "a disk that takes the results", error)
-        }
-    }
-
-    /// Error of a folder that another run writes to.
-    fn taken(path: &Path) -> Self {
-        let help = "wait for its end, or choose another folder with --out DIR";
-        let expected = "a folder that no other run writes to";
-        Self { help, ..Self::new(path, expected, "another run, which is still going on") }
-    }
-
-    /// Error of a folder that was removed.
-    fn gone(path: &Path) -> Self {
-        let expected = "the folder that the run began with";
-        let found = if path.exists() { "another one of this name" } else { "none: it was removed meanwhile" };
-        Self { help: "run it again, and leave its folder until it has ended", ..Self::new(path, expected, found) }
+        let help = "make room there, then go on with --resume";
+        Self { help, ..Self::new(path, "a disk that takes the results", error) }
     }
 }
 
@@ -89,8 +78,8 @@ pub struct Folder {
     path: PathBuf,
     /// Folders made for it, outermost first.
     made: Vec<PathBuf>,
-    /// Lock against other runs; `None` before it is taken and after it is given up.
-    lock: Option<Lock>,
+    /// The folder itself, locked against other runs until it is dropped. It may be removed or replaced meanwhile.
+    held: Option<Handle>,
 }
 
 impl Folder {
@@ -108,10 +97,7 @@ impl Folder {
     /// As [`Folder::prepare`].
     pub fn reopen(path: &Path) -> Result<Self, OutputError> {
         let help = "wait for the end of a run that writes to it, or see to it that it can be written";
-        let folder = Self::prepare_for(path, &FILES, &[]).map_err(|error| OutputError { help, ..error })?;
-        // A run that was killed had no time to do that.
-        disk::remove_unfinished(path).map_err(|error| folder.refused("", &error))?;
-        Ok(folder)
+        Self::prepare_for(path, &FILES, &[]).map_err(|error| OutputError { help, ..error })
     }
 
     /// Folder of these files, none of which may replace one of those that were read.
@@ -125,7 +111,7 @@ impl Folder {
         let missing = |folder: &&Path| *folder != Path::new("") && !folder.exists();
         let mut made: Vec<PathBuf> = path.ancestors().take_while(missing).map(Path::to_owned).collect();
         made.reverse();
-        let mut folder = Self { path: path.to_owned(), made, lock: None };
+        let mut folder = Self { path: path.to_owned(), made, held: None };
         match folder.take(files, read) {
             Ok(()) => Ok(folder),
             Err(error) => {
@@ -138,12 +124,20 @@ impl Folder {
     /// Makes the folder, tries and locks it.
     fn take(&mut self, files: &[&str], read: &[&Path]) -> Result<(), OutputError> {
         let path = self.path.as_path();
-        let unwritable = |error| OutputError::new(path, WRITABLE, error);
+        let unwritable = |error| OutputError::new(path, "a folder that can be written", error);
         fs::create_dir_all(path).and_then(|()| temporary(path)).map(drop).map_err(unwritable)?;
         self.keeps(files, read)?;
-        let lock = Lock::take(path).map_err(unwritable)?.ok_or_else(|| OutputError::taken(path))?;
-        self.lock = Some(lock);
-        Ok(())
+        let Some(held) = hold(path).map_err(unwritable)? else {
+            let help = "wait for its end, or choose another folder with --out DIR";
+            let expected = "a folder that no other run writes to";
+            return Err(OutputError {
+                help,
+                ..OutputError::new(path, expected, "another run, which is still going on")
+            });
+        };
+        self.held = Some(held);
+        // A run that was killed had no time to do that.
+        remove_unfinished(path).map_err(unwritable)
     }
 
     /// Refuses to write over what was read.
@@ -170,18 +164,20 @@ impl Folder {
 
     /// Whether the folder is still the one that was prepared.
     pub(super) fn check_identity(&self) -> Result<(), OutputError> {
-        let stands = self.lock.as_ref().is_none_or(|lock| lock.has_folder(&self.path));
-        if stands { Ok(()) } else { Err(OutputError::gone(&self.path)) }
+        let is_held = |held: &Handle| Handle::from_path(&self.path).is_ok_and(|there| there == *held);
+        if self.held.as_ref().is_none_or(is_held) {
+            return Ok(());
+        }
+        let found = if self.path.exists() { "another one of this name" } else { "none: it was removed meanwhile" };
+        let help = "run it again, and leave its folder until it has ended";
+        Err(OutputError { help, ..OutputError::new(&self.path, "the folder that the run began with", found) })
     }
 
     /// Takes back the folders made by [`Folder::prepare`], as far as they are empty.
     pub fn abandon(mut self) {
-        self.lock = None; // with its file
-        for folder in self.made.iter().rev() {
-            if fs::remove_dir(folder).is_err() {
-                return; // something else lies there by now
-            }
-        }
+        self.held = None;
+        // One that something else lies in by now stays, and so do those around it.
+        self.made.iter().rev().take_while(|folder| fs::remove_dir(folder).is_ok()).for_each(drop);
     }
 
     /// Writes all results of a run, the page that reports them where there is one, and its frames; returns the names of the files.
@@ -194,7 +190,7 @@ impl Folder {
         run: &Run,
         summary: &Value,
         report: Option<String>,
-        frames: StagedFrames,
+        frames: &StagedFrames,
     ) -> Result<Vec<&'static str>, OutputError> {
         let mut texts = vec![
             (CASE, pretty(&case.as_run)),
@@ -212,9 +208,9 @@ impl Folder {
         // Last, so that a summary speaks of the files around it.
         texts.push((SUMMARY, pretty(summary)));
         let complete = self.complete(&texts)?;
-        let frames = self.place_frames(frames).map_err(|error| self.refused(FRAMES, &error))?;
+        let has_frames = self.place_frames(frames).map_err(|error| self.refused(FRAMES, &error))?;
         let mut names = self.place(complete, &[SUMMARY, PLIES, PROFILES, REPORT])?;
-        names.extend(frames);
+        names.extend(has_frames.then_some([PVD, "frames/*.vtu"]).into_iter().flatten());
         Ok(names)
     }
 
@@ -223,72 +219,53 @@ impl Folder {
     /// # Errors
     /// When the disk refuses.
     pub(crate) fn begin(&self, case: &Case) -> Result<(), OutputError> {
-        self.put(&[(CASE, pretty(&case.as_run))], &FILES)?;
-        self.clear_series(SPOOL).map_err(|error| self.refused(SPOOL, &error))
+        self.put(&[(CASE, pretty(&case.as_run))], &FILES).map(drop)
     }
 
-    /// Gives frames their names, where those of an earlier run go first; returns the names.
-    fn place_frames(&self, frames: StagedFrames) -> io::Result<Vec<&'static str>> {
-        disk::remove(&self.path.join(PVD))?;
-        self.clear_series(FRAMES)?;
-        let Some(staged) = frames.0 else { return Ok(Vec::new()) };
-        fs::create_dir_all(self.path.join(FRAMES))?;
-        for entry in fs::read_dir(staged.path())? {
-            let name = entry?.file_name();
-            let to = if name == PVD { self.path.clone() } else { self.path.join(FRAMES) };
-            fs::rename(staged.path().join(&name), to.join(&name))?;
-        }
-        Ok(vec![PVD, "frames/*.vtu"])
-    }
-
-    /// Removes the frames in a folder of them, and the folder unless something else lies there.
-    fn clear_series(&self, name: &str) -> io::Result<()> {
-        let Ok(entries) = fs::read_dir(self.path.join(name)) else { return Ok(()) };
-        let is_frame = |name: &str| {
-            // Killed while it wrote, a run leaves a file without its ending.
-            let name = name.strip_suffix(".vtu").or_else(|| name.strip_suffix(".tmp"));
-            let number = name.and_then(|name| name.split_once('_'));
-            number
-                .is_some_and(|(part, number)| ["fabric", "projectile"].contains(&part) && number.parse::<u64>().is_ok())
-        };
-        for entry in entries {
+    /// Puts frames in place of those of an earlier run; whether there are any.
+    fn place_frames(&self, staged: &StagedFrames) -> io::Result<bool> {
+        let folder = self.path.join(FRAMES);
+        remove(&self.path.join(PVD))?;
+        for entry in fs::read_dir(&folder).into_iter().flatten() {
             let entry = entry?;
-            if is_frame(&entry.file_name().to_string_lossy()) {
+            let name = entry.file_name().to_string_lossy().into_owned();
+            if name.ends_with(".vtu") && ["fabric_", "projectile_"].iter().any(|part| name.starts_with(part)) {
                 fs::remove_file(entry.path())?;
             }
         }
         // It stays where a user keeps something else there.
-        fs::remove_dir(self.path.join(name)).ok();
-        Ok(())
+        fs::remove_dir(&folder).ok();
+        if staged.files.is_empty() {
+            return Ok(false);
+        }
+        fs::create_dir_all(&folder)?;
+        for (from, name) in &staged.files {
+            // A run that was interrupted may go on, and needs what is staged: a second name, or a copy where the disk has none.
+            let to = folder.join(name);
+            fs::hard_link(from, &to).or_else(|_| fs::copy(from, &to).map(drop))?;
+        }
+        write_whole(&self.path.join(PVD), |file| file.write_all(staged.list.as_bytes()))?;
+        Ok(true)
     }
 
-    /// A folder of its own under a temporary name.
-    pub(super) fn temporary_folder(&self) -> io::Result<TempDir> {
-        self.check_identity().map_err(|error| io::Error::other(error.found))?;
-        disk::temporary_folder(&self.path)
-    }
-
-    /// Writes a file piece by piece; it takes the place of an older one once it is complete. What a run that was killed
-    /// leaves of it is written over by the next.
+    /// Writes a file piece by piece; it takes the place of an older one once it is complete.
     ///
     /// # Errors
     /// When the disk refuses, or `write` does; the older one is then still there.
     pub(crate) fn replace(&self, name: &str, write: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<()> {
         self.check_identity().map_err(|error| io::Error::other(error.found))?;
-        disk::replace(&self.path.join(name), &self.path.join(staged(name)), write).and_then(|()| self.flush())
+        write_whole(&self.path.join(name), write).and_then(|()| self.flush())
     }
 
-    /// Removes the checkpoint of a run that has ended, or of one whose results are no longer here.
+    /// Removes the checkpoint of a run that has ended, or of one whose results are no longer here, with its frames.
     ///
     /// # Errors
     /// When the disk refuses.
     pub fn forget(&self) -> Result<(), OutputError> {
-        let remove = |name: &str| {
-            let path = self.path.join(name);
-            disk::remove(&path).map_err(|error| OutputError::new(&path, "a file that can be removed", error))
-        };
-        remove(&staged(CHECKPOINT)).and_then(|()| remove(CHECKPOINT))?;
-        self.clear_series(SPOOL).map_err(|error| self.refused(SPOOL, &error))
+        let [checkpoint, spool] = [CHECKPOINT, SPOOL].map(|name| self.path.join(name));
+        let frames = if spool.is_dir() { fs::remove_dir_all(&spool) } else { Ok(()) };
+        let removed = remove(&checkpoint).and(frames);
+        removed.map_err(|error| OutputError::new(&checkpoint, "a file that can be removed", error))
     }
 
     /// Writes files, all complete before the first gets its name; `stale` ones of an earlier time go before that.
@@ -305,22 +282,17 @@ impl Folder {
         files: &[(&'a str, T)],
     ) -> Result<Vec<(&'a str, NamedTempFile)>, OutputError> {
         self.check_identity()?;
-        let stage = |content: &[u8]| {
-            let mut file = temporary(&self.path)?;
-            file.write_all(content)?;
-            file.as_file().sync_all()?;
-            Ok(file)
+        let stage = |(name, content): &(&'a str, T)| {
+            let staged = complete(&self.path, |file| file.write_all(content.as_ref()));
+            staged.map(|file| (*name, file)).map_err(|error| self.refused(name, &error))
         };
-        let staged = files.iter().map(|(name, content)| {
-            stage(content.as_ref()).map(|file| (*name, file)).map_err(|error| self.refused(name, &error))
-        });
-        staged.collect()
+        files.iter().map(stage).collect()
     }
 
     /// Gives files their names, after `stale` ones of an earlier time are gone.
     fn place<'a>(&self, files: Vec<(&'a str, NamedTempFile)>, stale: &[&str]) -> Result<Vec<&'a str>, OutputError> {
         for name in stale {
-            disk::remove(&self.path.join(name)).map_err(|error| self.refused(name, &error))?;
+            remove(&self.path.join(name)).map_err(|error| self.refused(name, &error))?;
         }
         let mut names = Vec::new();
         for (name, file) in files {
@@ -345,7 +317,78 @@ fn pretty(value: &Value) -> String {
     format!("{value:#}\n")
 }
 
-/// Name of a file that is being written.
-fn staged(name: &str) -> String {
-    format!(".{name}.tmp")
+/// Holds a folder; `None` where another process, or another run of this one, does. The system lets it go when the process ends, however
+/// that ends.
+fn hold(path: &Path) -> io::Result<Option<Handle>> {
+    match File::open(path) {
+        Ok(folder) if matches!(folder.try_lock(), Err(TryLockError::WouldBlock)) => Ok(None),
+        Ok(folder) => Handle::from_file(folder).map(Some),
+        // Not every system locks folders: a run without a lock is better than none.
+        Err(_) => Handle::from_path(path).map(Some),
+    }
+}
+
+/// An empty file in `folder` with the rights of any new file, to be renamed when it is whole.
+///
+/// # Errors
+/// Where the folder cannot be written.
+pub fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(UNFINISHED[0]).suffix(UNFINISHED[1]);
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    builder.tempfile_in(folder)
+}
+
+/// A file in `folder` under a temporary name, once it is on the disk.
+fn complete(folder: &Path, write: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<NamedTempFile> {
+    let mut file = temporary(folder)?;
+    write(file.as_file_mut())?;
+    file.as_file().sync_all()?;
+    Ok(file)
+}
+
+/// Writes a file; it takes the place of an older one once it is on the disk.
+pub(super) fn write_whole(path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<()> {
+    complete(path.parent().unwrap_or(Path::new("")), write)?.persist(path)?;
+    Ok(())
+}
+
+/// Removes what an earlier run has not finished.
+fn remove_unfinished(folder: &Path) -> io::Result<()> {
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        let name = entry.file_name().to_string_lossy().into_owned();
+        if name.starts_with(UNFINISHED[0]) && name.ends_with(UNFINISHED[1]) {
+            fs::remove_file(entry.path())?;
+        }
+    }
+    Ok(())
+}
+
+/// Removes a file that may not be there.
+fn remove(path: &Path) -> io::Result<()> {
+    fs::remove_file(path).or_else(|error| if error.kind() == io::ErrorKind::NotFound { Ok(()) } else { Err(error) })
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+    use super::*;
+
+    #[test]
+    fn a_folder_is_held_by_one_until_it_lets_go_and_one_of_the_same_name_is_another() {
+        let outer = tempfile::tempdir().unwrap();
+        let path = outer.path().join("out");
+        let prepare = || Folder::prepare_for(&path, &[], &[]);
+        let first = prepare().unwrap();
+        assert!(prepare().is_err_and(|error| error.found.contains("another run")));
+        drop(first);
+        let folder = prepare().unwrap();
+        assert!(folder.check_identity().is_ok());
+        fs::remove_dir_all(&path).unwrap();
+        assert!(folder.check_identity().is_err_and(|error| error.found.contains("removed")));
+        fs::create_dir(&path).unwrap();
+        assert!(folder.check_identity().is_err_and(|error| error.found.contains("another one")));
+    }
 }

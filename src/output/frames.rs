@@ -1,283 +1,367 @@
-//! Frames for ParaView: `frames.pvd` and a `.vtu` file for every part and frame.
+//! Frames for ParaView: `frames.pvd` and a `.vtu` file for every part and frame, XML with the numbers appended, compressed by zlib.
 //!
 //! The thread of the solver only copies what has moved. Frames wait in memory until the run is over; what has no room there waits on
 //! the disk as the files that it will be, and of a run with checkpoints all of them do, for the run that goes on.
+//!
+//! <https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html>. Lengths in mm, so that the axes of a view read like
+//! a drawing; every array ends in its unit.
 
-use std::collections::BTreeMap;
-use std::fmt::Display;
 use std::fs;
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
+use flate2::{Compression, write::ZlibEncoder};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use rayon::prelude::*;
-use tempfile::TempDir;
 
-use super::disk;
-use super::folder::{FRAMES, Folder, OutputError, PVD, SPOOL, StagedFrames};
+use super::folder::{FRAMES, Folder, OutputError, PVD, SPOOL, StagedFrames, write_whole};
 use super::number::us;
-use super::vtu::{self, VtuWriter};
+use super::surface::SurfaceMesh;
 use crate::case::Case;
+use crate::physics::projectile_body::Body;
+use crate::physics::rigid_body::RigidBody;
 use crate::run::checkpoint::Header;
-use crate::run::frame::{Snapshot, SnapshotTaker, even};
-use crate::run::{Observer, Options, View};
+use crate::run::frame::{Frame, FrameCollector, Pose, Scene};
+use crate::run::{Observer, Snapshot, View};
 
 /// Recorder of the frames of a run that it follows, which it writes when the run is over.
-///
-/// More are taken than asked for, since the end of a run is not known before ([`crate::run::frame`]).
 pub struct Recorder<'a> {
     folder: &'a Folder,
     case: &'a Case,
-    taker: SnapshotTaker,
+    frames: FrameCollector,
     writer: Option<VtuWriter>,
-    /// Frames so far, by the steps done before them.
-    kept: BTreeMap<u64, KeptFrame>,
-    /// Steps done before frames in the spool that are no longer kept.
+    /// Steps done before frames on the disk that are no longer kept.
     dropped: Vec<u64>,
-    /// Bytes of snapshots that may be in memory.
-    room: usize,
+    /// The run leaves checkpoints, the last of which may need what is dropped.
     checkpoints: bool,
-    /// Folder of the files that wait, of a run without checkpoints.
-    temporary: Option<TempDir>,
-    /// The disk refuses frames beside the checkpoint, and the user knows.
-    refused: bool,
+    /// The folder of waiting files is this run's.
+    begun: bool,
     /// Reason why frames are lost.
     error: Option<OutputError>,
-    /// Threads of the solver; `None`: one for each core.
-    threads: Option<usize>,
-}
-
-/// A frame that may be written.
-struct KeptFrame {
-    /// [s]
-    time: f64,
-    /// `None`: its files lie in the spool.
-    snapshot: Option<Snapshot>,
 }
 
 impl<'a> Recorder<'a> {
     /// Recorder of the frames that a case asks for. `checkpoints`: the run leaves some.
-    pub fn new(folder: &'a Folder, case: &'a Case, options: &Options<'_>, checkpoints: bool) -> Self {
-        Self {
-            folder,
-            case,
-            taker: SnapshotTaker::new(case.output.frames as usize, case.solver.end_time),
-            writer: None,
-            kept: BTreeMap::new(),
-            dropped: Vec::new(),
-            room: case.waiting_frame_bytes(),
-            checkpoints,
-            temporary: None,
-            refused: false,
-            error: None,
-            threads: options.threads,
-        }
+    pub fn new(folder: &'a Folder, case: &'a Case, checkpoints: bool) -> Self {
+        let frames = FrameCollector::new(case, case.output.frames as usize);
+        Self { folder, case, frames, writer: None, dropped: Vec::new(), checkpoints, begun: false, error: None }
     }
 
     /// Recorder of a run that goes on from the checkpoint with this header, with the frames beside it. Where some are missing, the
     /// series begins after those; the words say so.
-    pub fn resume(
-        folder: &'a Folder,
-        case: &'a Case,
-        options: &Options<'_>,
-        header: &Header,
-    ) -> (Self, Option<String>) {
-        let (frames, end_time) = (case.output.frames as usize, case.solver.end_time);
-        let mut recorder = Self::new(folder, case, options, true);
-        recorder.taker = SnapshotTaker::resume(frames, end_time, header.step, header.time_step);
-        let (steps, mut from): (Vec<u64>, f64) = (recorder.taker.kept().collect(), header.time);
-        let spool = recorder.spool();
-        for step in steps.into_iter().rev() {
-            let missing =
-                vtu::parts(case).iter().map(|part| spool.join(waiting(part, step))).find(|path| !path.is_file());
-            if let Some(path) = missing {
-                return (recorder, Some(format!("frames before {} are lost: {} is missing", us(from), path.display())));
-            }
-            from = step as f64 * header.time_step;
-            recorder.kept.insert(step, KeptFrame { time: from, snapshot: None });
+    pub fn resume(folder: &'a Folder, case: &'a Case, header: &Header) -> (Self, Option<String>) {
+        let mut new = Self { begun: true, ..Self::new(folder, case, true) };
+        new.frames = FrameCollector::resume(case, case.output.frames as usize, header.step, header.time_step);
+        let missing = |step: &u64| parts(case).iter().map(|part| new.waiting(part, *step)).find(|path| !path.is_file());
+        let last = new.frames.taken.keys().rev().find_map(|step| Some((*step, missing(step)?)));
+        let Some((last, path)) = last else { return (new, None) };
+        new.frames.taken.retain(|step, _| *step > last);
+        let from = new.frames.taken.values().next().map_or(header.time, |(time, _)| *time);
+        (new, Some(format!("frames before {} are lost: {} is missing", us(from), path.display())))
+    }
+
+    /// File that waits, of a part of the frame before a step.
+    fn waiting(&self, part: &str, step: u64) -> PathBuf {
+        self.folder.path().join(SPOOL).join(format!("{part}_{step:08}.vtu"))
+    }
+
+    /// Moves the frames in memory to the disk, where a run that goes on finds them. What is refused ends the recording.
+    pub fn settle(&mut self) {
+        if let Err(error) = self.put() {
+            self.error = Some(OutputError::new(&self.folder.path().join(PVD), "a disk that takes the frames", error));
+            // Memory would not hold them, and the disk has more to take.
+            self.frames.taken.clear();
+            fs::remove_dir_all(self.folder.path().join(SPOOL)).ok();
         }
-        (recorder, None)
     }
 
-    /// Folder of the files that wait.
-    fn spool(&self) -> PathBuf {
-        self.temporary.as_ref().map_or_else(|| self.folder.path().join(SPOOL), |own| own.path().to_owned())
-    }
-
-    /// Puts every frame where a run that goes on finds it; what to tell the user, once, where the disk refuses.
-    pub fn settle(&mut self) -> Option<String> {
-        if self.refused {
-            return None;
-        }
-        let (time, error) = self.put().err()?;
-        self.refused = true;
-        Some(format!("no frames are put beside the checkpoint from {} on: {error}", us(time)))
-    }
-
-    /// Moves the frames in memory to the spool. The error has the time of the first that has no place there [s].
-    fn put(&mut self) -> Result<(), (f64, io::Error)> {
-        let Some((first, some)) = self.kept.values().find_map(|frame| Some((frame.time, frame.snapshot.as_ref()?)))
-        else {
-            return Ok(());
-        };
-        let spool = self.spool();
-        let begin = || {
-            self.folder.check_identity().map_err(|error| io::Error::other(error.found))?;
-            fs::create_dir(&spool).or_else(|error| if spool.is_dir() { Ok(()) } else { Err(error) })
-        };
-        begin().map_err(|error| (first, error))?;
+    fn put(&mut self) -> io::Result<()> {
+        let mut new: Vec<(u64, Snapshot)> =
+            self.frames.taken.iter_mut().filter_map(|(step, (_, snapshot))| Some((*step, snapshot.take()?))).collect();
+        let Some((_, first)) = new.first() else { return Ok(()) };
         let writer = match self.writer.take() {
             Some(writer) => writer,
-            None => VtuWriter::new(self.case, some.scene()).map_err(|error| (first, error))?,
+            None => VtuWriter::new(self.case, first.scene())?,
         };
-        let parts = vtu::parts(self.case);
-        let put = |(step, frame): (&u64, &mut KeptFrame)| {
-            let snapshot = frame.snapshot.as_ref()?;
-            let written = write(&writer, snapshot, |part| spool.join(waiting(parts[part], *step)));
-            match written {
-                Ok(()) => frame.snapshot = None,
-                Err(error) => return Some((frame.time, error)),
-            }
-            None
-        };
-        let first = self.kept.par_iter_mut().filter_map(put).min_by(|a, b| a.0.total_cmp(&b.0));
-        self.writer = Some(writer);
-        first.map_or(Ok(()), Err)
-    }
-
-    /// Drops the frames that are no longer kept.
-    fn drop_unkept(&mut self) {
-        let kept: Vec<u64> = self.taker.kept().collect();
-        let dropped = &mut self.dropped;
-        self.kept.retain(|step, frame| {
-            let keep = kept.binary_search(step).is_ok();
-            if !keep && frame.snapshot.is_none() {
-                dropped.push(*step);
-            }
-            keep
-        });
-        if !self.checkpoints {
-            self.discard();
+        self.folder.check_identity().map_err(|error| io::Error::other(error.found))?;
+        let spool = self.folder.path().join(SPOOL);
+        if !std::mem::replace(&mut self.begun, true) && spool.is_dir() {
+            fs::remove_dir_all(&spool)?; // of an earlier run
         }
+        fs::create_dir_all(&spool)?;
+        let write = |(step, snapshot): (u64, Snapshot)| {
+            let files = writer.files(snapshot.scene(), &snapshot.frame())?;
+            let mut files = parts(self.case).iter().zip(files);
+            files.try_for_each(|(part, text)| write_whole(&self.waiting(part, step), |file| file.write_all(&text)))
+        };
+        // A frame takes many times the memory of a snapshot.
+        while !new.is_empty() {
+            let some = new.drain(..new.len().min(self.case.frames_at_once()));
+            some.collect::<Vec<_>>().into_par_iter().try_for_each(write)?;
+        }
+        self.writer = Some(writer);
+        Ok(())
     }
 
     /// Removes the files of dropped frames. Of a run with checkpoints the last one may need them until there is another.
     pub fn discard(&mut self) {
-        let spool = self.spool();
-        for step in self.dropped.drain(..) {
+        for step in std::mem::take(&mut self.dropped) {
             // What stays there goes with the folder.
-            vtu::parts(self.case).iter().for_each(|part| drop(fs::remove_file(spool.join(waiting(part, step)))));
+            parts(self.case).iter().for_each(|part| drop(fs::remove_file(self.waiting(part, step))));
         }
     }
 
-    /// Makes room in memory.
-    fn spill(&mut self) -> Result<(), OutputError> {
-        if !self.checkpoints && self.temporary.is_none() {
-            self.temporary = Some(self.folder.temporary_folder().map_err(|error| self.failed(error))?);
-        }
-        self.put().map_err(|(_, error)| self.failed(error))
-    }
-
-    fn failed(&self, error: impl Display) -> OutputError {
-        OutputError::new(&self.folder.path().join(PVD), "a disk that takes the frames", error)
-    }
-
-    /// Writes the frames asked for; the files are complete, under temporary names.
+    /// The frames asked for, as complete files.
     ///
     /// # Errors
     /// When the disk refuses.
     pub fn finish(mut self) -> Result<StagedFrames, OutputError> {
-        if let Some(error) = self.error.take() {
+        let chosen = self.frames.chosen();
+        self.frames.taken.retain(|step, _| chosen.binary_search(step).is_ok());
+        self.settle();
+        if let Some(error) = self.error {
             return Err(error);
         }
-        let times: Vec<f64> = self.kept.values().map(|frame| frame.time).collect();
-        let chosen = even(&times, self.case.output.frames as usize);
-        let kept: Vec<(&u64, &KeptFrame)> = self.kept.iter().collect();
-        let chosen: Vec<(&u64, &KeptFrame)> = chosen.into_iter().map(|at| kept[at]).collect();
-        if chosen.is_empty() {
-            return Ok(StagedFrames::default());
-        }
-        // A frame takes many times the memory of a snapshot.
-        let most = self.case.frames_at_once();
-        let threads = self.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.clamp(1, most)).build();
-        let staged = pool.map_err(|error| self.failed(error))?.install(|| self.stage(&chosen));
-        staged.map_err(|error| self.failed(error))
-    }
-
-    fn stage(&self, frames: &[(&u64, &KeptFrame)]) -> io::Result<StagedFrames> {
-        let (parts, spool) = (vtu::parts(self.case), self.spool());
-        let folder = self.folder.temporary_folder()?;
-        let new = frames.iter().find_map(|(_, frame)| frame.snapshot.as_ref());
-        let writer = new.map(|snapshot| VtuWriter::new(self.case, snapshot.scene())).transpose()?;
-        frames.par_iter().enumerate().try_for_each(|(number, (step, frame))| {
-            let to = |part: usize| folder.path().join(file(parts[part], number));
-            match (&frame.snapshot, &writer) {
-                (Some(snapshot), Some(writer)) => write(writer, snapshot, to),
-                // A run that was interrupted may go on: its files stay in the spool.
-                _ => (0..parts.len()).try_for_each(|part| link(&spool.join(waiting(parts[part], **step)), &to(part))),
+        let mut staged = StagedFrames::default();
+        let mut entries = String::new();
+        for (frame, (step, (time, _))) in self.frames.taken.iter().enumerate() {
+            for (number, part) in parts(self.case).iter().enumerate() {
+                let (name, time) = (format!("{part}_{frame:04}.vtu"), time * 1e6);
+                entries += &format!(
+                    "<DataSet timestep=\"{time}\" part=\"{number}\" name=\"{part}\" file=\"{FRAMES}/{name}\"/>\n"
+                );
+                staged.files.push((self.waiting(part, *step), name));
             }
-        })?;
-        let times = frames.iter().map(|(_, frame)| frame.time * 1e6);
-        let list = vtu::collection(parts, times, |part, number| format!("{FRAMES}/{}", file(part, number)));
-        put_file(&folder.path().join(PVD), list.as_bytes())?;
-        Ok(StagedFrames(Some(folder)))
+        }
+        staged.list = format!(
+            "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"{BYTE_ORDER}\">\n\
+             <!-- time in µs -->\n<Collection>\n{entries}</Collection>\n</VTKFile>\n"
+        );
+        Ok(staged)
     }
-
-    /// Bytes of the snapshots in memory.
-    fn bytes(&self) -> usize {
-        self.kept.values().filter_map(|frame| frame.snapshot.as_ref()).map(Snapshot::bytes).sum()
-    }
-
-    fn keep(&mut self, snapshot: Snapshot) {
-        self.kept.insert(snapshot.step(), KeptFrame { time: snapshot.time(), snapshot: Some(snapshot) });
-    }
-}
-
-/// Name of a file of the series.
-fn file(part: &str, number: usize) -> String {
-    format!("{part}_{number:04}.vtu")
-}
-
-/// Name of a file in the spool, of the frame before a step.
-fn waiting(part: &str, step: u64) -> String {
-    format!("{part}_{step:08}.vtu")
-}
-
-fn write(writer: &VtuWriter, snapshot: &Snapshot, to: impl Fn(usize) -> PathBuf) -> io::Result<()> {
-    let files = writer.files(snapshot.scene(), &snapshot.frame())?;
-    files.iter().enumerate().try_for_each(|(part, contents)| put_file(&to(part), contents))
-}
-
-fn put_file(path: &Path, contents: &[u8]) -> io::Result<()> {
-    disk::replace(path, &path.with_extension("tmp"), |file| file.write_all(contents))
-}
-
-/// A second name of a file, or a copy where the disk has none.
-fn link(from: &Path, to: &Path) -> io::Result<()> {
-    fs::hard_link(from, to).or_else(|_| fs::copy(from, to).map(drop))
 }
 
 impl Observer for Recorder<'_> {
     fn snapshot_due(&self, time: f64, dt: f64) -> bool {
-        self.taker.is_due(time, dt)
+        self.error.is_none() && self.frames.snapshot_due(time, dt)
     }
 
     fn on_snapshot(&mut self, view: &View<'_>) {
-        let snapshot = self.taker.take(view);
-        self.keep(snapshot);
-        self.drop_unkept();
-        if self.error.is_none() && self.bytes() > self.room {
-            self.error = self.spill().err();
+        let waiting = |(step, (_, snapshot)): (&u64, &(f64, Option<Snapshot>))| snapshot.is_none().then_some(*step);
+        let before: Vec<u64> = self.frames.taken.iter().filter_map(waiting).collect();
+        self.frames.on_snapshot(view);
+        self.dropped.extend(before.into_iter().filter(|step| !self.frames.taken.contains_key(step)));
+        if !self.checkpoints {
+            self.discard();
         }
-        if self.error.is_some() {
-            // Memory would not hold them.
-            self.kept.clear();
+        let in_memory = self.frames.taken.values().filter_map(|(_, snapshot)| snapshot.as_ref());
+        if in_memory.map(|snapshot| snapshot.bytes).sum::<usize>() > self.case.waiting_frame_bytes() {
+            self.settle();
         }
     }
 
     fn on_end(&mut self, view: &View<'_>) {
-        if let Some(snapshot) = self.taker.end(view) {
-            self.keep(snapshot);
+        if self.error.is_none() {
+            self.frames.on_end(view);
         }
+    }
+}
+
+const BYTE_ORDER: &str = if cfg!(target_endian = "big") { "BigEndian" } else { "LittleEndian" };
+/// `VTK_QUAD` and `VTK_TRIANGLE`.
+const QUAD: u8 = 9;
+const TRIANGLE: u8 = 5;
+/// `vtkDataSetAttributes::HIDDENCELL`: not drawn, and left out by filters.
+const HIDDEN: u8 = 32;
+/// mm per m.
+const MM: f64 = 1e3;
+
+/// Names of the parts of a case.
+fn parts(case: &Case) -> &'static [&'static str] {
+    if case.projectile.is_some() { &["fabric", "projectile"] } else { &["fabric"] }
+}
+
+/// Writer of the files of one scene.
+struct VtuWriter {
+    /// Grids in the order of [`parts`].
+    grids: Vec<Grid>,
+    /// Surface and start of the projectile.
+    projectile: Option<(SurfaceMesh, RigidBody)>,
+}
+
+/// Points and cells of a part, which are the same in all frames.
+struct Grid {
+    points: usize,
+    cells: usize,
+    topology: Vec<Array>,
+    /// Arrays of cells.
+    fixed: Vec<Array>,
+}
+
+/// Named numbers, compressed.
+struct Array {
+    name: &'static str,
+    kind: &'static str,
+    /// Numbers per point or cell.
+    components: usize,
+    block: Vec<u8>,
+}
+
+impl Array {
+    fn new<T: bytemuck::NoUninit>(
+        name: &'static str,
+        kind: &'static str,
+        components: usize,
+        numbers: &[T],
+    ) -> io::Result<Self> {
+        Ok(Self { name, kind, components, block: compressed(bytemuck::cast_slice(numbers))? })
+    }
+
+    fn bytes(name: &'static str, numbers: &[u8]) -> io::Result<Self> {
+        Self::new(name, "UInt8", 1, numbers)
+    }
+
+    fn floats(name: &'static str, numbers: &[f32], unit: f64) -> io::Result<Self> {
+        let numbers: Vec<f32> = numbers.iter().map(|number| (f64::from(*number) * unit) as f32).collect();
+        Self::new(name, "Float32", 1, &numbers)
+    }
+
+    fn vectors(name: &'static str, vectors: impl Iterator<Item = [f64; 3]>) -> io::Result<Self> {
+        let numbers: Vec<f32> = vectors.flat_map(|vector| vector.map(|number| number as f32)).collect();
+        Self::new(name, "Float32", 3, &numbers)
+    }
+}
+
+/// Header and compressed bytes of an array, which is one block.
+fn compressed(bytes: &[u8]) -> io::Result<Vec<u8>> {
+    let mut encoder = ZlibEncoder::new(vec![0; 32], Compression::fast());
+    encoder.write_all(bytes)?;
+    let mut out = encoder.finish()?;
+    // Blocks, bytes of a block, of the last one if that is shorter, and compressed.
+    let header = [u64::from(!bytes.is_empty()), bytes.len() as u64, 0, (out.len() - 32) as u64];
+    out[..32].copy_from_slice(bytemuck::cast_slice(&header));
+    out.truncate(if bytes.is_empty() { 24 } else { out.len() });
+    Ok(out)
+}
+
+impl Grid {
+    fn new(points: usize, cells: impl Iterator<Item = impl AsRef<[usize]>>) -> io::Result<Self> {
+        let (mut corners, mut ends, mut kinds) = (Vec::new(), Vec::new(), Vec::new());
+        for cell in cells {
+            corners.extend(cell.as_ref().iter().map(|corner| *corner as i64));
+            ends.push(corners.len() as i64);
+            kinds.push(if cell.as_ref().len() == 3 { TRIANGLE } else { QUAD });
+        }
+        let topology = vec![
+            Array::new("connectivity", "Int64", 1, &corners)?,
+            Array::new("offsets", "Int64", 1, &ends)?,
+            Array::bytes("types", &kinds)?,
+        ];
+        Ok(Self { points, cells: kinds.len(), topology, fixed: Vec::new() })
+    }
+
+    /// The file of a part at a time [µs].
+    fn file(&self, time_us: f64, points: &Array, of_points: &[Array], of_cells: &[Array]) -> io::Result<Vec<u8>> {
+        let sections: [(&str, Vec<&Array>); 4] = [
+            ("Points", vec![points]),
+            ("Cells", self.topology.iter().collect()),
+            ("PointData", of_points.iter().collect()),
+            ("CellData", self.fixed.iter().chain(of_cells).collect()),
+        ];
+        let (mut xml, mut blocks) = (String::new(), Vec::new());
+        for (section, arrays) in sections {
+            xml += &format!("<{section}>\n");
+            for Array { name, kind, components, block } in arrays {
+                xml += &format!(
+                    "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\" format=\"appended\" offset=\"{}\"/>\n",
+                    blocks.len()
+                );
+                blocks.extend_from_slice(block);
+            }
+            xml += &format!("</{section}>\n");
+        }
+        let mut file = Vec::new();
+        write!(
+            file,
+            "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"{BYTE_ORDER}\" \
+             header_type=\"UInt64\" compressor=\"vtkZLibDataCompressor\">\n<UnstructuredGrid>\n<FieldData>\n\
+             <DataArray type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\" format=\"ascii\">{time_us}</DataArray>\n\
+             </FieldData>\n<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n{xml}</Piece>\n</UnstructuredGrid>\n\
+             <AppendedData encoding=\"raw\">\n_",
+            self.points, self.cells
+        )?;
+        file.extend(blocks);
+        file.extend_from_slice(b"\n</AppendedData>\n</VTKFile>\n");
+        Ok(file)
+    }
+}
+
+impl VtuWriter {
+    /// The writer of a case, whose scene this is.
+    fn new(case: &Case, scene: &Scene) -> io::Result<Self> {
+        let cells = scene.plies.iter().flat_map(|ply| {
+            (0..ply.rows).flat_map(move |row| (0..ply.columns).map(move |column| ply.corners(row, column)))
+        });
+        let mut fabric = Grid::new(scene.reference.len(), cells)?;
+        let plies = scene.plies.iter().enumerate().flat_map(|(n, ply)| std::iter::repeat_n(n as u8, ply.elements()));
+        fabric.fixed.push(Array::bytes("ply", &plies.collect::<Vec<_>>())?);
+        let mut grids = vec![fabric];
+        let projectile = case.projectile.as_ref().and_then(|projectile| {
+            let body = Body::new(projectile).ok()?;
+            let surface = SurfaceMesh::new(&body, scene.reference.iter());
+            Some((surface, RigidBody::new(projectile, body, 0.0)))
+        });
+        if let Some((surface, _)) = &projectile {
+            grids.push(Grid::new(surface.points.len(), surface.faces.iter())?);
+        }
+        Ok(Self { grids, projectile })
+    }
+
+    /// The files of a frame, in the order of [`parts`].
+    fn files(&self, scene: &Scene, frame: &Frame) -> io::Result<Vec<Vec<u8>>> {
+        let mut files = vec![self.fabric(scene, frame)?];
+        if let (Some((surface, start)), Some(pose)) = (&self.projectile, &frame.projectile) {
+            files.push(self.projectile(surface, start, pose, frame.time * 1e6)?);
+        }
+        Ok(files)
+    }
+
+    fn fabric(&self, scene: &Scene, frame: &Frame) -> io::Result<Vec<u8>> {
+        let moved = scene.reference.iter().zip(&frame.displacement);
+        let moved = moved.map(|(x, u)| [0, 1, 2].map(|a| (f64::from(x[a]) + f64::from(u[a])) * MM));
+        let [warp, weft] = &frame.alive;
+        let hidden = warp.iter().zip(weft).map(|(warp, weft)| if warp | weft == 0 { HIDDEN } else { 0 });
+        let of_points = [
+            Array::vectors("displacement_mm", frame.displacement.iter().map(|u| u.map(|u| f64::from(u) * MM)))?,
+            Array::vectors("velocity_m_s", frame.velocity.iter().map(|v| v.map(f64::from)))?,
+        ];
+        let of_cells = [
+            Array::floats("warp_tension_n", &frame.tension[0], 1.0)?,
+            Array::floats("weft_tension_n", &frame.tension[1], 1.0)?,
+            Array::floats("warp_strain", &frame.strain[0], 1.0)?,
+            Array::floats("weft_strain", &frame.strain[1], 1.0)?,
+            Array::floats("warp_crimp_height_mm", &frame.height[0], MM)?,
+            Array::floats("weft_crimp_height_mm", &frame.height[1], MM)?,
+            Array::floats("shear_angle_rad", &frame.shear_angle, 1.0)?,
+            Array::bytes("warp_alive", warp)?,
+            Array::bytes("weft_alive", weft)?,
+            Array::bytes("vtkGhostType", &hidden.collect::<Vec<_>>())?,
+        ];
+        self.grids[0].file(frame.time * 1e6, &Array::vectors("Points", moved)?, &of_points, &of_cells)
+    }
+
+    fn projectile(&self, surface: &SurfaceMesh, start: &RigidBody, pose: &Pose, time_us: f64) -> io::Result<Vec<u8>> {
+        let [w, x, y, z] = pose.rotation;
+        let rotation = UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z));
+        let [centre, velocity, spin] = [pose.position, pose.velocity, pose.angular_velocity].map(Vector3::from);
+        let arms = || surface.points.iter().map(|point| Vector3::from(*point));
+        let at = |arm: Vector3<f64>| centre + rotation * arm;
+        let moved = |arm: Vector3<f64>| at(arm) - (start.position + start.orientation * arm);
+        let of_points = [
+            Array::vectors("displacement_mm", arms().map(|arm| (moved(arm) * MM).into()))?,
+            Array::vectors("velocity_m_s", arms().map(|arm| (velocity + spin.cross(&(rotation * arm))).into()))?,
+        ];
+        let points = Array::vectors("Points", arms().map(|arm| (at(arm) * MM).into()))?;
+        self.grids[1].file(time_us, &points, &of_points, &[])
     }
 }

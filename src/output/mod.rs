@@ -9,18 +9,13 @@ mod breakage;
 mod checkpoint;
 pub mod checks;
 pub mod csv;
-mod disk;
 pub mod expect;
 mod figures;
 mod folder;
 #[cfg(feature = "frames")]
 pub mod frames;
-#[cfg(feature = "report")]
-mod maps;
 #[doc(hidden)]
 pub mod number;
-#[cfg(feature = "report")]
-pub(crate) mod page;
 #[cfg(feature = "report")]
 mod playback;
 pub(crate) mod plot;
@@ -28,17 +23,15 @@ pub(crate) mod plot;
 pub mod report;
 mod summary;
 mod surface;
-#[cfg(feature = "frames")]
-mod vtu;
 pub mod warnings;
 
 pub use animation::{AnimatedPly, Animation, Keyframe};
 pub use breakage::Breakage;
-pub use checkpoint::{CheckpointWriteError, CheckpointWriter};
+pub use checkpoint::CheckpointWriter;
+pub use expect::check;
 #[doc(hidden)]
-pub use disk::temporary;
-pub use expect::{Checked, check};
+pub use folder::temporary;
 pub use folder::{CHECKPOINT, Folder, OutputError, StagedFrames};
-pub use summary::{Energies, Verdict, absorbed_energy, flies_freely, residual_velocity, summary, verdict};
+pub use summary::{Energies, Verdict, absorbed_energy, costs, flies_freely, residual_velocity, summary, verdict};
 #[doc(hidden)]
 pub use summary::{place, reached, symmetry};

@@ -1,4 +1,4 @@
-//! Plots as SVG: axes, lines, areas and words. Shapes carry classes; their colours are those of the page, or of [`STYLE`] in a file of
+//! Plots as SVG: axes, lines, dots and words. Shapes carry classes; their colours are those of the page, or of [`STYLE`] in a file of
 //! its own.
 
 /// Style of plots on white, for files of their own.
@@ -27,7 +27,7 @@ pub(crate) struct Axis {
 
 impl Axis {
     /// An axis whose ticks lie evenly. A range that is none becomes one.
-    pub(crate) fn linear(range: [f64; 2], paper: [f64; 2]) -> Self {
+    fn linear(range: [f64; 2], paper: [f64; 2]) -> Self {
         let [low, high] = if range[0].is_finite() { range } else { [0.0, range[1]] };
         let high = if high.is_finite() && high > low { high } else { low + 1.0 };
         Self { range: [low, high], paper }
@@ -39,13 +39,13 @@ impl Axis {
     }
 
     /// Place of a value.
-    pub(crate) fn at(&self, value: f64) -> f64 {
+    fn at(&self, value: f64) -> f64 {
         let share = (value - self.range[0]) / (self.range[1] - self.range[0]);
         self.paper[0] + share * (self.paper[1] - self.paper[0])
     }
 
     /// Round numbers on the axis: about five, or one, two and five times the powers of ten (powers alone where it is long).
-    pub(crate) fn ticks(&self) -> Vec<f64> {
+    fn ticks(&self) -> Vec<f64> {
         let [low, high] = self.range;
         let step = round_step((high - low) / 5.0);
         let count = (low / step).ceil() as i64..=(high / step * (1.0 + 1e-12)).floor() as i64;
@@ -70,7 +70,7 @@ fn rounded_up([low, high]: [f64; 2]) -> [f64; 2] {
 }
 
 /// A tick's label.
-pub(crate) fn label(tick: f64) -> String {
+fn label(tick: f64) -> String {
     if tick != 0.0 && !(1e-4..1e6).contains(&tick.abs()) {
         return format!("{tick:.0e}").replace('-', "−");
     }
@@ -109,9 +109,7 @@ pub(crate) struct Plot {
     pub(crate) y: Axis,
     titles: [String; 2],
     shapes: String,
-    /// The grid lies over areas, and under all else.
-    has_areas: bool,
-    /// Class and words of each line or area.
+    /// Class and words of each line.
     pub(crate) legend: Vec<(String, String)>,
     /// Time runs along x: the page marks the playback's time there.
     pub(crate) over_time: bool,
@@ -123,7 +121,7 @@ impl Plot {
         let x = Axis::linear(x, [64.0, SIZE[0] - 14.0]);
         let y = Axis::linear(rounded_up(y), [SIZE[1] - 46.0, 12.0]);
         let titles = titles.map(str::to_owned);
-        Self { x, y, titles, shapes: String::new(), has_areas: false, legend: Vec::new(), over_time: false }
+        Self { x, y, titles, shapes: String::new(), legend: Vec::new(), over_time: false }
     }
 
     /// Adds a line; a name puts it into the legend.
@@ -135,13 +133,6 @@ impl Plot {
         }
     }
 
-    /// Adds an area between two lines.
-    pub(crate) fn area(&mut self, class: &str, points: impl Iterator<Item = [f64; 2]>) {
-        self.has_areas = true;
-        let places = places(&self.x, &self.y, points);
-        self.shapes += &format!("<polygon class=\"area {class}\" points=\"{places}\"/>\n");
-    }
-
     /// Adds a dot, with words for the pointer.
     pub(crate) fn dot(&mut self, class: &str, [x, y]: [f64; 2], radius: f64, words: &str) {
         let ([x, y], words) = ([self.x.at(x), self.y.at(y)], escape(words));
@@ -150,9 +141,12 @@ impl Plot {
     }
 
     /// Adds a rectangle, with words for the pointer. `paint`: its attributes.
-    pub(crate) fn bar(&mut self, paint: &str, x: [f64; 2], [low, high]: [f64; 2], words: &str) {
-        let (sides, ends) = (x.map(|x| self.x.at(x)), [high, low].map(|y| self.y.at(y)));
-        self.shapes += &area(sides, ends, paint, &format!("<title>{}</title>", escape(words)));
+    pub(crate) fn bar(&mut self, paint: &str, x: [f64; 2], y: [f64; 2], words: &str) {
+        let ([left, right], [bottom, top]) = (x.map(|x| self.x.at(x)), y.map(|y| self.y.at(y)));
+        let ([width, height], words) = ([right - left, bottom - top], escape(words));
+        self.shapes += &format!(
+            "<rect x=\"{left:.1}\" y=\"{top:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" {paint}><title>{words}</title></rect>\n"
+        );
     }
 
     /// Adds words to the legend.
@@ -162,8 +156,7 @@ impl Plot {
 
     /// Contents of the drawing.
     pub(crate) fn drawing(&self) -> String {
-        let axes = axes(&self.x, &self.y, self.titles.each_ref().map(String::as_str));
-        if self.has_areas { self.shapes.clone() + &axes } else { axes + &self.shapes }
+        axes(&self.x, &self.y, self.titles.each_ref().map(String::as_str)) + &self.shapes
     }
 }
 
@@ -182,32 +175,21 @@ pub(crate) fn file(title: &str, words: &str, plots: &[Plot]) -> String {
         out += "</g>\n";
     }
     let rows = plots.iter().map(|plot| plot.legend.len().div_ceil(3)).max().unwrap_or(0);
-    svg([SIZE[0] * plots.len().max(1) as f64, SIZE[1] + 72.0 + 16.0 * rows as f64], STYLE, &out)
-}
-
-/// A drawing on white.
-pub(crate) fn svg([width, height]: [f64; 2], style: &str, body: &str) -> String {
+    let [width, height] = [SIZE[0] * plots.len().max(1) as f64, SIZE[1] + 72.0 + 16.0 * rows as f64];
     format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\" \
          font-family=\"sans-serif\" font-size=\"12\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n\
-         <style>{style}</style>\n{body}</svg>\n"
+         <style>{STYLE}</style>\n{out}</svg>\n"
     )
 }
 
-/// A rectangle on the paper, with what lies inside its element.
-pub(crate) fn area([left, right]: [f64; 2], [top, bottom]: [f64; 2], attributes: &str, inside: &str) -> String {
-    let [width, height] = [right - left, bottom - top];
-    let end = if inside.is_empty() { "/>".to_owned() } else { format!(">{inside}</rect>") };
-    format!("<rect x=\"{left:.1}\" y=\"{top:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" {attributes}{end}\n")
-}
-
 /// Words at a place. `attributes`: class, anchor, size.
-pub(crate) fn text(x: f64, y: f64, attributes: &str, words: &str) -> String {
+fn text(x: f64, y: f64, attributes: &str, words: &str) -> String {
     format!("<text x=\"{x:.1}\" y=\"{y:.1}\" {attributes}>{}</text>\n", escape(words))
 }
 
 /// A line through points, those left out that are no numbers.
-pub(crate) fn line(x: &Axis, y: &Axis, points: impl Iterator<Item = [f64; 2]>, attributes: &str) -> String {
+fn line(x: &Axis, y: &Axis, points: impl Iterator<Item = [f64; 2]>, attributes: &str) -> String {
     format!("<polyline points=\"{}\" fill=\"none\" {attributes}/>\n", places(x, y, points))
 }
 
@@ -245,7 +227,7 @@ fn thinned(points: &[[f64; 2]], most: usize) -> Vec<[f64; 2]> {
 }
 
 /// Frame, grid, tick labels and titles.
-pub(crate) fn axes(x: &Axis, y: &Axis, [x_title, y_title]: [&str; 2]) -> String {
+fn axes(x: &Axis, y: &Axis, [x_title, y_title]: [&str; 2]) -> String {
     let [left, right] = x.paper;
     let [bottom, top] = y.paper;
     let mut out = String::new();
@@ -264,15 +246,47 @@ pub(crate) fn axes(x: &Axis, y: &Axis, [x_title, y_title]: [&str; 2]) -> String 
     out += &format!("<rect class=\"frame\" x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\"/>\n");
     out += &text(0.5 * (left + right), bottom + 34.0, "class=\"title\" text-anchor=\"middle\"", x_title);
     let widest = ticks.iter().map(|tick| label(*tick).chars().count()).max().unwrap_or(0) as f64;
-    out + &upright(left - 16.0 - LETTER * widest, 0.5 * (top + bottom), "title", y_title)
-}
-
-/// Words from bottom to top around a place.
-fn upright(x: f64, y: f64, class: &str, words: &str) -> String {
-    let turn = format!("class=\"{class}\" text-anchor=\"middle\" transform=\"rotate(-90 {x:.1} {y:.1})\"");
-    text(x, y, &turn, words)
+    let (x, y) = (left - 16.0 - LETTER * widest, 0.5 * (top + bottom));
+    // From bottom to top.
+    let turn = format!("class=\"title\" text-anchor=\"middle\" transform=\"rotate(-90 {x:.1} {y:.1})\"");
+    out + &text(x, y, &turn, y_title)
 }
 
 #[cfg(test)]
-#[path = "plot_tests.rs"]
-mod tests;
+mod tests {
+    use super::*;
+
+    fn labels(axis: &Axis) -> String {
+        axis.ticks().iter().map(|tick| label(*tick)).collect::<Vec<_>>().join(" ")
+    }
+
+    #[test]
+    fn a_linear_axis_has_round_ticks_whatever_its_range() {
+        assert_eq!(labels(&Axis::linear([0.0, 155.0], [0.0, 1.0])), "0 50 100 150");
+        assert_eq!(labels(&Axis::linear([-0.3, 0.3], [0.0, 1.0])), "−0.2 0 0.2");
+        assert_eq!(labels(&Axis::linear(rounded_up([0.0, 0.7]), [0.0, 1.0])), "0 0.2 0.4 0.6 0.8");
+        for range in [[0.0, 0.0], [f64::NAN, f64::NAN], [2.0, f64::INFINITY], [f64::INFINITY, f64::NEG_INFINITY]] {
+            let axis = Axis::linear(range, [0.0, 1.0]);
+            assert!(axis.at(1.0).is_finite() && !axis.ticks().is_empty(), "{range:?}");
+        }
+    }
+
+    #[test]
+    fn a_line_that_is_too_dense_keeps_its_peaks_and_ends() {
+        let mut points: Vec<[f64; 2]> = (0..10_000).map(|n| [f64::from(n), (f64::from(n) * 0.01).sin()]).collect();
+        points[4321][1] = 9.0;
+        let thin = thinned(&points, 400);
+        assert!(thin.len() <= 404, "{}", thin.len());
+        assert!(thin.contains(&[4321.0, 9.0]) && thin[0] == points[0] && thin.last() == points.last());
+        assert!(thin.windows(2).all(|pair| pair[0][0] <= pair[1][0]));
+        assert_eq!(thinned(&points[..300], 400), points[..300]);
+    }
+
+    #[test]
+    fn what_is_no_number_is_not_drawn_and_words_are_only_words() {
+        let axis = Axis::linear([0.0, 1.0], [0.0, 10.0]);
+        let drawn = line(&axis, &axis, [[0.0, 0.0], [f64::NAN, 1.0], [1.0, 1.0]].into_iter(), "");
+        assert!(drawn.contains("\"0.0,0.0 10.0,10.0\""), "{drawn}");
+        assert_eq!(escape("</title>\"'&"), "&lt;/title&gt;&quot;&#39;&amp;");
+    }
+}

@@ -1,8 +1,14 @@
 //! `report.html`: verdict of a run, checks, figures and playback. But for machine and timing, the same run gives the
 //! same bytes.
+//!
+//! Every page is one file that asks nothing of a network and says so in its content security policy. All text that a user wrote is
+//! escaped.
 
-use maud::{Markup, html};
+use base64::Engine;
+use base64::prelude::BASE64_STANDARD;
+use maud::{DOCTYPE, Markup, PreEscaped, html};
 use serde_json::Value;
+use sha2::{Digest, Sha256};
 
 use super::animation::Animation;
 use super::breakage::Breakage;
@@ -10,15 +16,15 @@ use super::checks::{self, Check, Level, checks};
 use super::expect::{Judgement, expected, got, judgement, note, quantity};
 use super::figures;
 use super::number::{fixed, grouped, short};
-use super::page::{figure, page, table};
-use super::plot::Figure;
-use super::summary::{Energies, absorbed_energy, residual_velocity, symmetry, verdict};
+use super::playback;
+use super::plot::{Axis, Figure, SIZE};
+use super::summary::{Energies, absorbed_energy, costs, residual_velocity, verdict};
 use super::warnings::assumed_fields;
-use super::{maps, playback};
 use crate::case::{self, Case};
 use crate::run::Run;
 use crate::run::outcome::Outcome;
 
+const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = concat!(include_str!("playback.js"), include_str!("values.js"));
 
 /// The page. With an animation of less than two keyframes it has neither playback nor maps.
@@ -27,30 +33,32 @@ pub fn report(case: &Case, run: &Run, summary: &Value, animation: &Animation) ->
     let animation = Some(&animation).filter(|animation| animation.keyframes.len() > 1);
     let checks = checks(case, run);
     let strikes = case.projectile.is_some();
-    let figures: [Option<Figure>; 8] = [
+    let figures: [Option<Figure>; 7] = [
         strikes.then(|| figures::velocity(run)),
         strikes.then(|| figures::force(run)),
         animation.and_then(figures::deflection),
         Some(figures::energy(run)),
         figures::plies(run),
         Some(figures::failures(case, run)),
-        figures::profiles(case, run, animation),
-        figures::unit_cell(case),
+        figures::profiles(case, run),
     ];
+    let text = |key: &str| summary[key].as_str().unwrap_or_default();
+    let version = format!("{}, case hash {}", text("version"), text("case_hash"));
+    let costs = std::iter::once(("ripstop", version)).chain(costs(case, run, summary));
     let body = html! {
         (header(case, run, &checks))
         @if let Some(animation) = animation { (playback::player(case, animation)) }
         section id="plots" {
             h2 { "The shot in figures" }
-            div class="plots" {
-                @for one in figures.iter().flatten() { (figure(one)) }
-                @if let Some(animation) = animation { (maps::maps(animation, run)) }
-            }
+            div class="plots" { @for one in figures.iter().flatten() { (figure(one)) } }
         }
         (trust(&checks, summary))
         (energy(run))
         (fields(case))
-        (machine(run, summary))
+        section id="machine" {
+            h2 { "Machine and timing" }
+            (table("checks", &[], costs.map(|(name, value)| vec![cell(name), cell(value)])))
+        }
         p class="note" { "Files beside this page: summary.json, history.csv, events.csv, case.json." }
     };
     page(&case.title, SCRIPT, &body)
@@ -178,13 +186,8 @@ fn energy(run: &Run) -> Markup {
 /// Fields of the case, as `ripstop check` lists them, those that are assumed marked.
 fn fields(case: &Case) -> Markup {
     let mesh = case::mesh(case);
-    // A narrow column may break a pointer between its words.
-    let pointer = |pointer: &str| {
-        let words: Vec<&str> = pointer.split_inclusive(['/', '_']).collect();
-        html! { @for (n, word) in words.iter().enumerate() { @if n > 1 { wbr; } (word) } }
-    };
     let row = |field: &case::Field| {
-        let name = html! { @if field.assumed { "* " } code { (pointer(&field.pointer)) } };
+        let name = html! { @if field.assumed { "* " } code { (field.pointer) } };
         let source = html! { @if field.assumed { b { (field.source) } } @else { (field.source) } };
         vec![name, cell(field.with_unit()), cell(field.origin.word()), source]
     };
@@ -205,31 +208,74 @@ fn fields(case: &Case) -> Markup {
     }
 }
 
-/// Machine and timing.
-fn machine(run: &Run, summary: &Value) -> Markup {
-    let text = |key: &str| summary[key].as_str().unwrap_or_default();
-    let element_steps = run.elements as u64 * run.steps;
-    let share = 100.0 * run.element_steps_computed as f64 / element_steps.max(1) as f64;
-    let device = run.adapter.clone().unwrap_or_else(|| format!("{} threads", run.threads));
-    let [elements, steps] = [run.elements as u64, run.steps].map(grouped);
-    let wall = short(summary["wall_s"].as_f64().unwrap_or(0.0), 3);
-    let kernel = |(name, seconds): &(&str, f64)| format!("{name} {} %", fixed(100.0 * seconds / run.loop_seconds, 0));
-    let rows = [
-        ("ripstop", format!("{}, case hash {}", text("version"), text("case_hash"))),
-        ("computed on", format!("{}, {device}, {}", run.backend, run.precision)),
-        ("time step", format!("{} µs, set by: {}", short(run.time_step * 1e6, 5), run.step_set_by)),
-        ("work", format!("{elements} elements × {steps} steps, {} % of it computed", fixed(share, 1))),
-        ("symmetry", symmetry(run.planes)),
-        ("switched off", run.skips.switched_off().join(", ")),
-        ("time", format!("{wall} s, of which the loop {} s", short(run.loop_seconds, 3))),
-        ("speed", format!("{} M element-steps/s", short(element_steps as f64 / run.loop_seconds / 1e6, 3))),
-        ("of the loop", run.kernel_seconds.iter().map(kernel).collect::<Vec<_>>().join(", ")),
-    ];
-    let rows = rows.into_iter().filter(|row| !row.1.is_empty());
+/// A page. `script`: allowed by its hash; empty for none.
+pub(crate) fn page(title: &str, script: &str, body: &Markup) -> String {
+    let hash = BASE64_STANDARD.encode(Sha256::digest(script));
+    let policy = format!(
+        "default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'sha256-{hash}'; base-uri 'none'; form-action 'none'"
+    );
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta http-equiv="Content-Security-Policy" content=(PreEscaped(policy));
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="color-scheme" content="light dark";
+                link rel="icon" href="data:,";
+                title { (title) " – ripstop" }
+                style { (PreEscaped(STYLE.replace("GRADIENT", &playback::gradient()))) }
+            }
+            body {
+                main { (body) }
+                @if !script.is_empty() { script { (PreEscaped(script)) } }
+            }
+        }
+    };
+    page.into_string() + "\n"
+}
+
+/// A table under these heads; the first cell of a row is its head.
+pub(crate) fn table(class: &str, heads: &[&str], rows: impl IntoIterator<Item = Vec<Markup>>) -> Markup {
     html! {
-        section id="machine" {
-            h2 { "Machine and timing" }
-            (table("checks", &[], rows.map(|(name, value)| vec![cell(name), cell(value)])))
+        div class="scroll" tabindex="0" {
+            table class=(class) {
+                @if !heads.is_empty() { thead { tr { @for head in heads { th scope="col" { (head) } } } } }
+                tbody {
+                    @for cells in rows {
+                        tr { @for (n, cell) in cells.iter().enumerate() {
+                            @if n == 0 { th scope="row" { (cell) } } @else { td { (cell) } }
+                        } }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// A figure with its words for those who do not see it, the axes from which the script reads values, and its legend.
+pub(crate) fn figure(figure: &Figure) -> Markup {
+    let Figure { id, title, caption, plot } = figure;
+    let Some(plot) = plot else {
+        return html! { p class="plot nothing" id=(id) { b { (title) ":" } " " (caption) } };
+    };
+    let data = |axis: &Axis| {
+        let [[from, to], [start, end]] = [axis.range(), axis.paper];
+        format!("{from} {to} {start} {end}")
+    };
+    let [width, height] = SIZE;
+    html! {
+        figure class="plot" id=(id) {
+            figcaption { h3 { (title) } p { (caption) } }
+            svg viewBox={ "0 0 " (width) " " (height) } role="img" aria-labelledby={ (id) "-t " (id) "-d" }
+                data-time=[plot.over_time.then(|| data(&plot.x))] data-x=(data(&plot.x)) data-y=(data(&plot.y)) {
+                title id={ (id) "-t" } { (title) }
+                desc id={ (id) "-d" } { (caption) }
+                (PreEscaped(plot.drawing()))
+            }
+            @if !plot.legend.is_empty() {
+                ul class="legend" { @for (class, words) in &plot.legend { li { i class=(class) {} (words) } } }
+            }
         }
     }
 }

@@ -4,9 +4,9 @@ use serde_json::{Map, Value, json};
 
 use super::breakage::Breakage;
 use super::checks::{self, Check, checks};
-use super::expect::{self, Checked};
-use super::number::{fixed, short, us};
-use super::warnings::{self, Warning};
+use super::expect;
+use super::number::{fixed, grouped, short, us};
+use super::warnings::assumed_fields;
 use crate::case::{Case, Motion, case_hash};
 use crate::physics::mirror_planes::MirrorPlanes;
 use crate::run::outcome::Outcome;
@@ -17,15 +17,14 @@ use crate::solver::Divergence;
 ///
 /// Numbers that are not finite become `null`.
 pub fn summary(case: &Case, run: &Run, wall_seconds: f64) -> Value {
-    let mut summary = result(case, run);
-    summary.append(&mut cost(run, wall_seconds));
     let checks = checks(case, run);
-    summary.append(&mut origin(case, run, &checks));
-    let mut summary = Value::Object(summary);
+    let parts = [result(case, run), cost(run, wall_seconds), origin(case, run, &checks)];
+    let mut summary: Value =
+        parts.iter().filter_map(Value::as_object).flatten().map(|(key, value)| (key.clone(), value.clone())).collect();
     summary["notes"] = json!(case.notes);
     let checked = expect::check(case, run, &summary);
     summary["trust"] = trust(&checks);
-    summary["expect"] = checked.iter().map(Checked::to_json).collect();
+    summary["expect"] = checked.into();
     summary
 }
 
@@ -63,18 +62,11 @@ fn peak(run: &Run, quantity: fn(&Sample) -> f64) -> f64 {
     run.history.iter().map(quantity).fold(0.0, f64::max)
 }
 
-fn object(value: Value) -> Map<String, Value> {
-    match value {
-        Value::Object(map) => map,
-        _ => Map::new(),
-    }
-}
-
 /// Results.
-fn result(case: &Case, run: &Run) -> Map<String, Value> {
+fn result(case: &Case, run: &Run) -> Value {
     let last = run.history.last().copied().unwrap_or_default();
     let broken = Breakage::of(case, run);
-    object(json!({
+    json!({
         "title": case.title,
         "outcome": run.outcome.word(),
         "residual_velocity_m_s": residual_velocity(case, run),
@@ -104,28 +96,16 @@ fn result(case: &Case, run: &Run) -> Map<String, Value> {
         "viscous_dissipation_j": last.balance.viscous,
         "momentum_error": run.momentum_error,
         "hourglass_fraction": run.hourglass_fraction,
-        "newton": {
-            "max_residual": run.newton.max_residual,
-            "mean_iterations": run.newton.mean_iterations,
-            "unconverged": run.newton.unconverged,
-        },
+        "newton": run.newton,
         "interrupted": run.interrupted,
         "device_lost": run.lost,
         "checkpoint_failed": run.checkpoint_error,
         "unstable": run.divergence.as_ref().map(unstable),
-    }))
+    })
 }
 
-fn unstable(divergence: &Divergence) -> Value {
-    let [ply, row, column] = divergence.place;
-    json!({
-        "step": divergence.step,
-        "kernel": divergence.kernel,
-        "quantity": divergence.quantity,
-        "ply": ply,
-        "row": row,
-        "column": column,
-    })
+fn unstable(Divergence { step, kernel, quantity, place: [ply, row, column] }: &Divergence) -> Value {
+    json!({ "step": step, "kernel": kernel, "quantity": quantity, "ply": ply, "row": row, "column": column })
 }
 
 /// Plies of a pack at the end of the run, and their largest deflections; empty for a single ply.
@@ -144,10 +124,10 @@ fn plies(run: &Run) -> Vec<Value> {
 }
 
 /// Costs.
-fn cost(run: &Run, wall_seconds: f64) -> Map<String, Value> {
+fn cost(run: &Run, wall_seconds: f64) -> Value {
     let element_steps = (run.elements as u64).saturating_mul(run.steps);
     let part = element_steps / run.planes.copies();
-    object(json!({
+    json!({
         "elements": run.elements,
         "steps": run.steps,
         "time_us": run.history.last().map_or(0.0, |row| row.time * 1e6),
@@ -167,7 +147,7 @@ fn cost(run: &Run, wall_seconds: f64) -> Map<String, Value> {
             "switched_off": run.skips.switched_off(),
         },
         "timings": timings(run),
-    }))
+    })
 }
 
 /// Wall time of the kernels and of the rest of the loop, and their share of it; empty where nothing was timed.
@@ -180,9 +160,9 @@ fn timings(run: &Run) -> Map<String, Value> {
 }
 
 /// Origin: backend, version, case, assumptions, warnings.
-fn origin(case: &Case, run: &Run, checks: &[Check]) -> Map<String, Value> {
-    let assumed: Vec<&str> = warnings::assumed_fields(case).map(|field| field.pointer.as_str()).collect();
-    object(json!({
+fn origin(case: &Case, run: &Run, checks: &[Check]) -> Value {
+    let assumed: Vec<&str> = assumed_fields(case).map(|field| field.pointer.as_str()).collect();
+    json!({
         "backend": run.backend,
         "adapter": run.adapter,
         "threads": run.threads,
@@ -192,8 +172,33 @@ fn origin(case: &Case, run: &Run, checks: &[Check]) -> Map<String, Value> {
         "case": case.name,
         "case_hash": case_hash(&case.as_run),
         "assumed": assumed,
-        "warnings": checks::warnings(case, checks).iter().map(Warning::to_json).collect::<Vec<_>>(),
-    }))
+        "warnings": checks::warnings(case, checks),
+    })
+}
+
+/// Costs in words, for the terminal and the report.
+pub fn costs(case: &Case, run: &Run, summary: &Value) -> impl Iterator<Item = (&'static str, String)> {
+    let element_steps = run.elements as u64 * run.steps;
+    let rate = element_steps as f64 / run.loop_seconds / 1e6;
+    let [elements, steps, product] = [run.elements as u64, run.steps, element_steps].map(grouped);
+    let share = fixed(100.0 * run.element_steps_computed as f64 / element_steps.max(1) as f64, 1);
+    let computed = match run.planes {
+        MirrorPlanes::NONE => format!("{share} % of them"),
+        planes => format!("{share} % of them: {}", symmetry(planes)),
+    };
+    let (courant, set_by) = (case.solver.courant, &run.step_set_by);
+    let wall = summary["wall_s"].as_f64().unwrap_or(0.0);
+    let threads = if run.threads == 1 { "1 thread".to_owned() } else { format!("{} threads", run.threads) };
+    let what = run.adapter.as_ref().unwrap_or(&threads);
+    let rows = [
+        ("time step", format!("{}, {courant} of the critical step, set by: {set_by}", us(run.time_step))),
+        ("work", format!("{elements} elements × {steps} steps = {product} element-steps")),
+        ("computed", computed),
+        ("not skipped", run.skips.switched_off().join(", ")),
+        ("wall time", format!("{wall:.2} s, of which the loop {:.2} s: {rate:.1} M element-steps/s", run.loop_seconds)),
+        ("on", format!("{}, {what}, {}", run.backend, run.precision)),
+    ];
+    rows.into_iter().filter(|(_, value)| !value.is_empty())
 }
 
 /// Energy given to the fabric, and where it is at the end of a run.

@@ -4,7 +4,7 @@
   const numbers = (text) => text.split(" ").map(Number);
   const short = (value) => String(Number(value.toPrecision(3))).replace("-", "−");
 
-  // The lines and areas of a drawing: name, class, and value at a place on the paper.
+  // The lines of a drawing: name, class, and value at a place on the paper.
   function series(svg) {
     const names = [...svg.closest("figure").querySelectorAll(".legend li")];
     const axis = numbers(svg.dataset.y), scale = (axis[1] - axis[0]) / (axis[3] - axis[2]);
@@ -16,14 +16,11 @@
       }
       return NaN;
     };
-    return [...svg.querySelectorAll("polyline, polygon")].map((shape) => {
-      const kind = shape.getAttribute("class").split(" ").find((word) => /^[kt]\d$/.test(word));
+    return [...svg.querySelectorAll("polyline")].map((shape) => {
+      const kind = shape.getAttribute("class").split(" ").find((word) => /^([kt]\d|ink)$/.test(word));
       const points = shape.getAttribute("points").split(" ").map((pair) => pair.split(",").map(Number));
       const item = names.find((li) => li.firstChild.classList.contains(kind));
-      const half = points.length / 2;
-      const at = shape.tagName === "polyline"
-        ? (x) => axis[0] + scale * (between(points, x) - axis[2])
-        : (x) => scale * (between(points.slice(0, half), x) - between(points.slice(half).reverse(), x));
+      const at = (x) => axis[0] + scale * (between(points, x) - axis[2]);
       return { kind, name: item ? item.textContent : "", at };
     });
   }
@@ -53,7 +50,7 @@
       const found = new Map();
       for (const { kind, name, at } of lines) {
         const value = at(place);
-        if (Number.isFinite(value)) found.set(kind, { name, value: value + (found.get(kind)?.value || 0) });
+        if (Number.isFinite(value)) found.set(kind, { name, value });
       }
       const where = from + ((place - left) / (right - left)) * (to - from);
       values.replaceChildren(`${xTitle.replace(/ \[.*/, "")} ${short(where)} ${unit(xTitle)}: `);

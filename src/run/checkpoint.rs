@@ -1,14 +1,14 @@
 //! Checkpoints: everything a run needs to go on as if nothing had happened, to the last bit, in one file.
 //!
 //! ```text
-//! magic, format, length of the header │ header │ contents, compressed │ checksum of all before
+//! magic, format │ header, state of the observer, state of the run: compressed │ checksum of all before
 //! ```
 //!
-//! The header can be read without a model. The contents are the state of the observer, the animation of the report so far, and one struct
-//! of what varies during a run on its backend. What follows from the case is not in it: a checkpoint fits one case only. Frames lie beside
-//! the checkpoint, in files of their own.
+//! The header can be read without a model. The observer is the animation of the report so far, the run one struct of what varies on its
+//! backend. What follows from the case is not in it: a checkpoint fits one case only. Frames lie beside the checkpoint, in files of
+//! their own.
 
-use std::fs::File;
+use std::fs;
 use std::hash::Hasher as _;
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
@@ -23,11 +23,11 @@ use crate::run::{Options, Precision, Skips};
 /// First bytes of the file.
 const MAGIC: [u8; 8] = *b"ripstop\x1a";
 /// Number of the format: a new one for every change of the contents or their order.
-pub const FORMAT: u32 = 11;
-/// Bytes before the header.
-const START: usize = MAGIC.len() + 8;
+pub const FORMAT: u32 = 12;
 /// Bytes of the checksum.
 const SUM: usize = 8;
+/// Advice where there is no other.
+const AGAIN: &str = "run the case again";
 /// Steps of any run at most.
 const MAX_STEPS: u64 = 1_000_000_000;
 /// Worker threads of any run at most.
@@ -82,12 +82,6 @@ pub enum BackendId {
     Gpu(String),
 }
 
-impl BackendId {
-    fn new(options: &Options<'_>) -> Self {
-        options.device.map_or(Self::Cpu(options.precision), |device| Self::Gpu(device.name().to_owned()))
-    }
-}
-
 /// Wall time that the parts of a run have taken so far [s].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Spent {
@@ -95,8 +89,6 @@ pub struct Spent {
     pub wall: f64,
     /// In the loop.
     pub r#loop: f64,
-    /// Part of that spent waiting for the device.
-    pub waited: f64,
 }
 
 impl Header {
@@ -106,7 +98,9 @@ impl Header {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             case: case.name.clone(),
             case_hash: case_hash(&case.as_run),
-            backend: BackendId::new(options),
+            backend: options
+                .device
+                .map_or(BackendId::Cpu(options.precision), |device| BackendId::Gpu(device.name().to_owned())),
             skips: options.skips,
             threads: options.threads,
             every,
@@ -128,58 +122,26 @@ impl Header {
     }
 }
 
-/// Refusal of a file.
+/// Refusal of a file, from which no run goes on.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("error: {path}\n{reason}")]
+#[error("error: {path}\n  expected: {expected}\n  found: {found}\n  help: {help}")]
 #[non_exhaustive]
 pub struct CheckpointError {
     /// The file.
     pub path: String,
-    /// Reason.
-    pub reason: CheckpointReason,
+    /// Expectation.
+    pub expected: String,
+    /// What is there.
+    pub found: String,
+    /// Advice.
+    pub help: String,
 }
 
-/// Reason why no run goes on from a file.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum CheckpointReason {
-    /// It cannot be read, for this reason.
-    #[error("  expected: a checkpoint that can be read\n  found: {0}\n  help: see whether the file is there")]
-    Unreadable(String),
-    /// It is something else.
-    #[error("  expected: a checkpoint of ripstop\n  found: another kind of file\n  help: run the case again")]
-    Foreign,
-    /// It has the format of this number.
-    #[error("  expected: a checkpoint of format {own}\n  found: format {0}\n  help: resume with the version of ripstop that wrote it, or run the case again", own = FORMAT)]
-    Format(u32),
-    /// Its checksum does not hold: bits have changed, or the end is missing.
-    #[error(
-        "  expected: a checkpoint whose checksum holds\n  found: one that is damaged or cut short\n  help: run the case again"
-    )]
-    Damaged,
-    /// It was written by this version of the program.
-    #[error("  expected: a checkpoint of ripstop {own}\n  found: one of ripstop {0}\n  help: resume with ripstop {0}, or run the case again", own = env!("CARGO_PKG_VERSION"))]
-    Version(String),
-    /// It belongs to a case of another hash.
-    #[error(
-        "  expected: the case that the run began with (case_hash {checkpoint})\n  found: one that computes something else (case_hash {case})\n  help: undo the change of the case, or run it anew with `ripstop run`"
-    )]
-    Case {
-        /// Hash of the checkpoint.
-        checkpoint: String,
-        /// Hash of the case at hand.
-        case: String,
-    },
-    /// It is of a run on another backend or in another precision than this one.
-    #[error(
-        "  expected: the backend and precision that the run began with\n  found: {0}\n  help: let `ripstop resume` choose it"
-    )]
-    Backend(String),
-    /// This part of its contents does not fit the model of the case.
-    #[error(
-        "  expected: contents that fit the model of the case\n  found: {0} that do not\n  help: run the case again"
-    )]
-    Contents(&'static str),
+impl CheckpointError {
+    fn new(path: &Path, expected: impl Into<String>, found: impl Into<String>, help: impl Into<String>) -> Self {
+        let path = path.display().to_string();
+        Self { path, expected: expected.into(), found: found.into(), help: help.into() }
+    }
 }
 
 /// Writes a checkpoint.
@@ -187,21 +149,18 @@ pub enum CheckpointReason {
 /// # Errors
 /// When the writer refuses.
 pub(super) fn write(to: &mut dyn Write, header: &Header, observer: &[u8], state: &impl Serialize) -> io::Result<()> {
-    let header = postcard::to_stdvec(header).map_err(io::Error::other)?;
-    let mut file = [&MAGIC[..], &FORMAT.to_le_bytes(), &(header.len() as u32).to_le_bytes(), &header].concat();
+    let mut file = [&MAGIC[..], &FORMAT.to_le_bytes()].concat();
     let blocks = FrameInfo::new().block_size(BlockSize::Max1MB).block_mode(BlockMode::Independent);
     let mut encoder = FrameEncoder::with_frame_info(blocks, &mut file);
-    postcard::to_io(observer, &mut encoder).map_err(io::Error::other)?;
-    postcard::to_io(state, &mut encoder).map_err(io::Error::other)?;
+    postcard::to_io(&(header, observer, state), &mut encoder).map_err(io::Error::other)?;
     encoder.finish()?;
-    let sum = checksum(&[&file]);
-    to.write_all(&file)?;
-    to.write_all(&sum.to_le_bytes())
+    file.extend(checksum(&file).to_le_bytes());
+    to.write_all(&file)
 }
 
-fn checksum(parts: &[&[u8]]) -> u64 {
+fn checksum(bytes: &[u8]) -> u64 {
     let mut sum = XxHash3_64::new();
-    parts.iter().for_each(|part| sum.write(part));
+    sum.write(bytes);
     sum.finish()
 }
 
@@ -209,9 +168,12 @@ fn checksum(parts: &[&[u8]]) -> u64 {
 #[derive(Debug)]
 pub struct Checkpoint {
     path: PathBuf,
-    header: Header,
-    /// Compressed.
-    contents: Vec<u8>,
+    /// Identity of the run, and how far it has come.
+    pub header: Header,
+    /// State that the observer wants back.
+    pub observer: Vec<u8>,
+    /// State of the run.
+    state: Vec<u8>,
 }
 
 impl Checkpoint {
@@ -220,27 +182,38 @@ impl Checkpoint {
     /// # Errors
     /// When it cannot be read, is something else, is damaged, or of another version.
     pub fn open(path: &Path) -> Result<Self, CheckpointError> {
-        let opened = File::open(path).map_err(unreadable).and_then(read);
-        let (header, contents) =
-            opened.map_err(|reason| CheckpointError { path: path.display().to_string(), reason })?;
-        Ok(Self { path: path.to_owned(), header, contents })
-    }
-
-    /// Identity of the run, and how far it has come.
-    pub fn header(&self) -> &Header {
-        &self.header
-    }
-
-    /// State that the observer wants back.
-    ///
-    /// # Errors
-    /// When the contents cannot be read.
-    pub fn observer_state(&self) -> Result<Vec<u8>, CheckpointError> {
-        let state = || {
-            let contents = self.unpacked()?;
-            postcard::take_from_bytes(&contents).map(|(state, _)| state).map_err(|_| PICTURES)
+        let refused = |expected: &str, found: &str, help: &str| Err(CheckpointError::new(path, expected, found, help));
+        let bytes = match fs::read(path) {
+            Ok(bytes) => bytes,
+            Err(error) => {
+                return refused("a checkpoint that can be read", &error.to_string(), "see whether the file is there");
+            }
         };
-        state().map_err(|reason| self.refused(reason))
+        let format = bytes.strip_prefix(&MAGIC).and_then(|rest| rest.split_first_chunk());
+        let Some((format, rest)) = format.map(|(format, rest)| (u32::from_le_bytes(*format), rest)) else {
+            return refused("a checkpoint of ripstop", "another kind of file", AGAIN);
+        };
+        if format != FORMAT {
+            let help = "resume with the version of ripstop that wrote it, or run the case again";
+            return refused(&format!("a checkpoint of format {FORMAT}"), &format!("format {format}"), help);
+        }
+        let sound = rest
+            .split_last_chunk::<SUM>()
+            .filter(|(_, sum)| checksum(&bytes[..bytes.len() - SUM]) == u64::from_le_bytes(**sum));
+        let Some((packed, _)) = sound else {
+            return refused("a checkpoint whose checksum holds", "one that is damaged or cut short", AGAIN);
+        };
+        // LZ4 expands at most 255 times, so that no file asks for memory without bound.
+        let mut contents = Vec::new();
+        let unpacked = FrameDecoder::new(packed).read_to_end(&mut contents);
+        let read = unpacked.ok().and_then(|_| postcard::take_from_bytes::<(Header, Vec<u8>)>(&contents).ok());
+        let Some(((header, observer), state)) = read else { return Err(unfit(path, "numbers")) };
+        let (own, other) = (env!("CARGO_PKG_VERSION"), &header.version);
+        if other != own {
+            let help = format!("resume with ripstop {other}, or run the case again");
+            return refused(&format!("a checkpoint of ripstop {own}"), &format!("one of ripstop {other}"), &help);
+        }
+        Ok(Self { path: path.to_owned(), state: state.to_vec(), header, observer })
     }
 
     /// State of the run; whatever is left over, or missing, does not fit. `restore` puts it into its place, or finds that it does not fit.
@@ -251,23 +224,11 @@ impl Checkpoint {
         &self,
         restore: impl FnOnce(T) -> Result<(), &'static str>,
     ) -> Result<(), CheckpointError> {
-        let read = || {
-            let contents = self.unpacked()?;
-            let (_, rest) = postcard::take_from_bytes::<&[u8]>(&contents).map_err(|_| PICTURES)?;
-            match postcard::take_from_bytes(rest) {
-                Ok((state, [])) => restore(state).map_err(CheckpointReason::Contents),
-                _ => Err(CheckpointReason::Contents("numbers")),
-            }
+        let restored = match postcard::take_from_bytes(&self.state) {
+            Ok((state, [])) => restore(state),
+            _ => Err("numbers"),
         };
-        read().map_err(|reason| self.refused(reason))
-    }
-
-    /// The contents. LZ4 expands at most 255 times, so that no file asks for memory without bound.
-    fn unpacked(&self) -> Result<Vec<u8>, CheckpointReason> {
-        let mut contents = Vec::new();
-        let read = FrameDecoder::new(&self.contents[..]).read_to_end(&mut contents);
-        read.map_err(|_| CheckpointReason::Contents("bytes"))?;
-        Ok(contents)
+        restored.map_err(|part| unfit(&self.path, part))
     }
 
     /// Checks that a run of this case can go on from here.
@@ -277,61 +238,17 @@ impl Checkpoint {
     pub fn check_case(&self, case: &Case) -> Result<(), CheckpointError> {
         let (checkpoint, case) = (&self.header.case_hash, case_hash(&case.as_run));
         if *checkpoint != case {
-            return Err(self.refused(CheckpointReason::Case { checkpoint: checkpoint.clone(), case }));
+            let expected = format!("the case that the run began with (case_hash {checkpoint})");
+            let found = format!("one that computes something else (case_hash {case})");
+            let help = "undo the change of the case, or run it anew with `ripstop run`";
+            return Err(CheckpointError::new(&self.path, expected, found, help));
         }
         let possible = self.header.is_possible();
-        if possible { Ok(()) } else { Err(self.refused(CheckpointReason::Contents("steps and times of the header"))) }
-    }
-
-    /// Checks that a run with these options can go on from here.
-    ///
-    /// # Errors
-    /// When another backend or precision would compute it.
-    pub(super) fn check_options(&self, options: &Options<'_>) -> Result<(), CheckpointError> {
-        let backend = BackendId::new(options);
-        if backend == self.header.backend {
-            return Ok(());
-        }
-        let words = match backend {
-            BackendId::Cpu(precision) => format!("cpu, {}", precision.name()),
-            BackendId::Gpu(adapter) => format!("gpu, {adapter}"),
-        };
-        Err(self.refused(CheckpointReason::Backend(words)))
-    }
-
-    fn refused(&self, reason: CheckpointReason) -> CheckpointError {
-        CheckpointError { path: self.path.display().to_string(), reason }
+        if possible { Ok(()) } else { Err(unfit(&self.path, "steps and times of the header")) }
     }
 }
 
-/// State of the observer, which comes first in the contents.
-const PICTURES: CheckpointReason = CheckpointReason::Contents("pictures so far");
-
-fn unreadable(error: io::Error) -> CheckpointReason {
-    CheckpointReason::Unreadable(error.to_string())
-}
-
-/// Header and contents of a file that is sound.
-fn read(mut file: File) -> Result<(Header, Vec<u8>), CheckpointReason> {
-    let mut start = [0; START];
-    if file.read_exact(&mut start).is_err() || start[..MAGIC.len()] != MAGIC {
-        return Err(CheckpointReason::Foreign);
-    }
-    let word = |at: usize| u32::from_le_bytes([0, 1, 2, 3].map(|byte| start[at + byte]));
-    let (format, length) = (word(MAGIC.len()), word(MAGIC.len() + 4) as usize);
-    if format != FORMAT {
-        return Err(CheckpointReason::Format(format));
-    }
-    let mut rest = Vec::new();
-    file.read_to_end(&mut rest).map_err(unreadable)?;
-    let Some((body, sum)) = rest.split_last_chunk::<SUM>() else { return Err(CheckpointReason::Damaged) };
-    if length > body.len() || checksum(&[&start, body]) != u64::from_le_bytes(*sum) {
-        return Err(CheckpointReason::Damaged);
-    }
-    let (header, contents) = body.split_at(length);
-    let header: Header = postcard::from_bytes(header).map_err(|_| CheckpointReason::Contents("words of the header"))?;
-    if header.version != env!("CARGO_PKG_VERSION") {
-        return Err(CheckpointReason::Version(header.version));
-    }
-    Ok((header, contents.to_vec()))
+/// Refusal of contents of which this part does not fit the model of the case.
+fn unfit(path: &Path, part: &str) -> CheckpointError {
+    CheckpointError::new(path, "contents that fit the model of the case", format!("{part} that do not"), AGAIN)
 }

@@ -12,10 +12,10 @@ use std::time::{Duration, Instant};
 use serde::{Deserialize, Serialize};
 use tracing::debug;
 
+use super::batch::DeviceShot;
 use super::checkpoint::{self, Checkpoint, Checkpointable, Header};
-use super::device_shot::DeviceShot;
 use super::record::{RunRecord, sample_due, time_up};
-use super::{Backend, Observer, Options, Progress, Run, RunError, Skips, View};
+use super::{Backend, Observer, Options, Run, RunError, Skips, View};
 use crate::case::Case;
 use crate::gpu::buffers::{BufferId, SLOTS};
 use crate::gpu::layout::StepInfo;
@@ -29,9 +29,9 @@ use crate::solver::state::State;
 /// Time that a batch of steps should take: long enough to hide its submission, short enough to follow progress and Ctrl-C.
 const BATCH_TIME: [Duration; 2] = [Duration::from_millis(20), Duration::from_millis(80)];
 
-/// Shots in progress on a device, by their numbers there. Every call gets the cases, one for each shot; time step, end time and times of
-/// samples are the same in all of them.
-pub(super) struct DeviceLoop<'a> {
+/// Shots in progress on a device, by their numbers there; a run has one. Time step, end time and times of samples are the same in all of
+/// them, and every call for many gets their cases.
+pub struct DeviceSimulation<'a> {
     pub(super) stepper: DeviceStepper<'a>,
     pub(super) shots: Vec<DeviceShot>,
     /// State of a single shot at the start; after that the state read last.
@@ -50,9 +50,9 @@ pub(super) struct DeviceLoop<'a> {
     collected: Instant,
 }
 
-impl<'a> DeviceLoop<'a> {
+impl<'a> DeviceSimulation<'a> {
     /// Shots whose states are on the device.
-    pub(super) fn new(stepper: DeviceStepper<'a>, shots: Vec<DeviceShot>, state: State<f32>) -> Self {
+    pub(super) fn of(stepper: DeviceStepper<'a>, shots: Vec<DeviceShot>, state: State<f32>) -> Self {
         Self {
             stepper,
             shots,
@@ -75,7 +75,7 @@ impl<'a> DeviceLoop<'a> {
     }
 
     /// Whether every shot is over.
-    fn finished(&self) -> bool {
+    pub fn finished(&self) -> bool {
         self.running().next().is_none()
     }
 
@@ -127,9 +127,9 @@ impl<'a> DeviceLoop<'a> {
         (steps, ends, looks)
     }
 
-    /// Sends a batch of steps off, and takes over the one before it, which computed while this one was recorded. A failure of a single shot ends
-    /// that one alone.
-    pub(super) fn advance(&mut self, cases: &[&Case], observer: &mut dyn Observer) -> Result<(), DeviceError> {
+    /// Sends a batch of steps off, and takes over the one before it, which computed while this one was recorded. A failure of a single shot
+    /// ends that one alone.
+    pub(super) fn advance_all(&mut self, cases: &[&Case], observer: &mut dyn Observer) -> Result<(), DeviceError> {
         let time = self.time_of(self.next);
         if !self.complete && self.state_due(cases, observer, time) {
             self.collect_all(cases)?;
@@ -216,19 +216,10 @@ impl<'a> DeviceLoop<'a> {
             precision: "f32",
             host_seconds: Some((loop_seconds - self.stepper.waited.as_secs_f64()).max(0.0)),
             kernel_seconds,
-            ..shot.record.clone().finish(&shot.model, shot.record.run.steps, loop_seconds)
+            ..shot.record.clone().finish(&shot.model, loop_seconds)
         }
     }
-}
 
-/// A run in progress on a device.
-pub struct DeviceSimulation<'a> {
-    /// Constant; of the part of the scene that is computed.
-    pub model: Arc<Model<f32>>,
-    device_loop: DeviceLoop<'a>,
-}
-
-impl<'a> DeviceSimulation<'a> {
     /// Sets the whole scene of a case up on a device.
     ///
     /// # Errors
@@ -251,14 +242,13 @@ impl<'a> DeviceSimulation<'a> {
         let mut stepper = DeviceStepper::new(device, &model)?;
         stepper.upload(&model, &state);
         debug!(adapter = device.name(), bytes = stepper.sizes().total(), "state on the device");
-        Ok(Self { model, device_loop: DeviceLoop::new(stepper, vec![shot], state) })
+        Ok(Self::of(stepper, vec![shot], state))
     }
 
     /// Steps per submission, fixed; results do not depend on it.
     #[must_use]
     pub fn with_batch(mut self, steps: usize) -> Self {
-        self.device_loop.batch = steps.clamp(1, BATCH);
-        self.device_loop.fixed_batch = true;
+        (self.batch, self.fixed_batch) = (steps.clamp(1, BATCH), true);
         self
     }
 
@@ -270,27 +260,22 @@ impl<'a> DeviceSimulation<'a> {
         }
     }
 
-    /// Whether the run is over.
-    pub fn finished(&self) -> bool {
-        self.device_loop.finished()
-    }
-
     /// Steps whose results are known.
     pub fn steps(&self) -> u64 {
-        self.device_loop.shots[0].record.run.steps
+        self.shots[0].record.run.steps
     }
 
     /// The one shot there is.
     fn shot(&mut self) -> &mut DeviceShot {
-        &mut self.device_loop.shots[0]
+        &mut self.shots[0]
     }
 
     /// Changes the state before the first batch, to one that no case can ask for.
     #[must_use]
     pub fn with_state(mut self, change: impl FnOnce(&Model<f32>, &mut State<f32>)) -> Self {
-        let DeviceLoop { stepper, state, .. } = &mut self.device_loop;
-        change(&self.model, state);
-        stepper.upload(&self.model, state);
+        let model = &self.shots[0].model;
+        change(model, &mut self.state);
+        self.stepper.upload(model, &self.state);
         self
     }
 
@@ -301,13 +286,13 @@ impl<'a> DeviceSimulation<'a> {
 
     /// Takes over everything on its way, so that the record is up to date with the device.
     pub fn settle(&mut self, case: &Case) {
-        let settled = self.device_loop.collect_all(&[case]);
+        let settled = self.collect_all(&[case]);
         self.shot().unless_lost(settled);
     }
 
     /// Results. `loop_seconds`: time spent in the loop [s].
     pub fn into_run(self, loop_seconds: f64) -> Run {
-        self.device_loop.run_of(0, loop_seconds)
+        self.run_of(0, loop_seconds)
     }
 }
 
@@ -317,7 +302,7 @@ impl Backend for DeviceSimulation<'_> {
     }
 
     fn clock(&self) -> [f64; 2] {
-        [self.device_loop.time_of(self.device_loop.next), self.model.dt]
+        [self.time_of(self.next), self.dt()]
     }
 
     fn record(&mut self) -> &mut RunRecord {
@@ -325,13 +310,13 @@ impl Backend for DeviceSimulation<'_> {
     }
 
     fn advance(&mut self, case: &Case, observer: &mut dyn Observer) -> bool {
-        let advanced = self.device_loop.advance(&[case], observer);
+        let advanced = self.advance_all(&[case], observer);
         self.shot().unless_lost(advanced);
         true
     }
 
     fn offer_checkpoint(&mut self, case: &Case, observer: &mut dyn Observer, loop_seconds: f64) {
-        if self.device_loop.complete || self.device_loop.next == 0 {
+        if self.complete || self.next == 0 {
             return;
         }
         self.settle(case);
@@ -341,19 +326,15 @@ impl Backend for DeviceSimulation<'_> {
     }
 
     fn show_end(&mut self, observer: &mut dyn Observer) {
-        let DeviceLoop { stepper, state, shots, next, .. } = &mut self.device_loop;
+        let Self { stepper, state, shots, next, .. } = self;
         let run = &shots[0].record.run;
         if run.steps != *next || run.lost.is_some() {
             return;
         }
         match shots[0].download(stepper, state, *next) {
-            Ok(()) => observer.on_end(&View::Single(&self.model, state)),
+            Ok(()) => observer.on_end(&View::Single(&shots[0].model, state)),
             Err(error) => shots[0].record.run.lost = Some(error.to_string()),
         }
-    }
-
-    fn progress(&self, case: &Case) -> Progress {
-        self.device_loop.shots[0].record.progress(case, self.device_loop.time_of(self.steps()), self.steps())
     }
 
     fn finish(self, loop_seconds: f64) -> Run {
@@ -383,6 +364,8 @@ struct DeviceState<'a> {
     sampled: Option<u64>,
     events_read: u64,
     times: Cow<'a, StageTimes>,
+    /// Time spent waiting for the device.
+    waited: Duration,
     /// Bytes of each of [`KEPT`].
     buffers: Vec<Vec<u8>>,
 }
@@ -394,16 +377,16 @@ impl Checkpointable for DeviceSimulation<'_> {
 
     /// After the last step sent off, whose results must have been taken over; see [`DeviceSimulation::settle`].
     fn save(&self, header: &Header, observer: &[u8], to: &mut dyn Write) -> io::Result<()> {
-        let DeviceLoop { stepper, next, sampled, shots, .. } = &self.device_loop;
+        let Self { stepper, next, sampled, shots, .. } = self;
         let [time, time_step] = Backend::clock(self);
-        let mut header = Header { step: *next, time, time_step, ..header.clone() };
-        header.spent.waited = stepper.waited.as_secs_f64();
+        let header = Header { step: *next, time, time_step, ..header.clone() };
         let bytes = |id: &BufferId| stepper.read(*id).map(|words| bytemuck::cast_slice(&words).to_vec());
         let state = DeviceState {
             record: Cow::Borrowed(&shots[0].record),
             sampled: *sampled,
             events_read: stepper.events_read[0],
             times: Cow::Borrowed(&stepper.times),
+            waited: stepper.waited,
             buffers: KEPT.iter().map(bytes).collect::<Result<_, _>>().map_err(io::Error::other)?,
         };
         checkpoint::write(to, &header, observer, &state)
@@ -416,20 +399,18 @@ impl<'a> DeviceSimulation<'a> {
     /// # Errors
     /// When the case cannot become a model, the device cannot hold it, or the checkpoint is not one of it.
     pub fn resume(case: &Case, device: &'a Device, checkpoint: &Checkpoint) -> Result<Self, RunError> {
-        let header = checkpoint.header();
+        let header = &checkpoint.header;
         let mut simulation = Self::with_skips(case, device, header.skips)?;
         checkpoint.state(|state| simulation.restore(state))?;
-        simulation.device_loop.next = header.step;
+        simulation.next = header.step;
         simulation.shot().record.run.steps = header.step;
-        let waited = Duration::try_from_secs_f64(header.spent.waited).unwrap_or_default();
-        simulation.device_loop.stepper.waited = waited;
         Ok(simulation)
     }
 
     /// Puts what varies into its place; names the part that does not fit the model.
     fn restore(&mut self, from: DeviceState<'_>) -> Result<(), &'static str> {
-        let DeviceLoop { stepper, sampled, shots, .. } = &mut self.device_loop;
-        if !from.record.fits(&self.model) {
+        let Self { stepper, sampled, shots, .. } = self;
+        if !from.record.fits(&shots[0].model) {
             return Err("results so far");
         }
         if from.events_read > 2 * stepper.sizes().elements || from.buffers.len() != KEPT.len() {
@@ -443,7 +424,7 @@ impl<'a> DeviceSimulation<'a> {
         }
         shots[0].record = from.record.into_owned();
         (*sampled, stepper.events_read[0]) = (from.sampled, from.events_read);
-        stepper.times = from.times.into_owned();
+        (stepper.times, stepper.waited) = (from.times.into_owned(), from.waited);
         Ok(())
     }
 }

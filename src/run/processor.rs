@@ -9,14 +9,13 @@ use serde::{Deserialize, Serialize};
 
 use super::checkpoint::{self, Checkpoint, Checkpointable, Header};
 use super::record::RunRecord;
-use super::{Backend, Observer, Options, Progress, Run, RunError, RunScalar, Skips, View, outcome};
+use super::{Backend, Observer, Options, Run, RunError, RunScalar, Skips, View, outcome};
 use crate::case::Case;
 use crate::model::{Model, ModelError, layup};
 use crate::num::scalar::Scalar;
 use crate::physics::rigid_body::RigidBody;
 use crate::solver::active_region::ActiveRegion;
-use crate::solver::state::State;
-use crate::solver::state::StepperState;
+use crate::solver::state::{State, StepperState};
 use crate::solver::stopwatch::{Phase, Stopwatch};
 use crate::solver::{self, StepTotals, Stepper};
 
@@ -100,7 +99,7 @@ impl<S: RunScalar> Simulation<S> {
             threads: rayon::current_num_threads(),
             precision: S::NAME,
             kernel_seconds: self.stepper.stopwatch.seconds(),
-            ..self.record.finish(&self.model, self.state.step, loop_seconds)
+            ..self.record.finish(&self.model, loop_seconds)
         }
     }
 }
@@ -128,6 +127,7 @@ impl<S: RunScalar> Backend for Simulation<S> {
         }
         let totals = self.stepper.step(&self.model, &mut self.state, &mut self.record.balance, sample);
         self.record.add_step(&totals, &self.stepper.failures);
+        self.record.run.steps = self.state.step;
         if sample {
             let (model, state) = (&self.model, &self.state);
             let covered = |body: &RigidBody, ply: usize| outcome::covered(model, state, body, ply);
@@ -149,10 +149,6 @@ impl<S: RunScalar> Backend for Simulation<S> {
 
     fn show_end(&mut self, observer: &mut dyn Observer) {
         observer.on_end(&self.view());
-    }
-
-    fn progress(&self, case: &Case) -> Progress {
-        self.record.progress(case, self.time(), self.state.step)
     }
 
     fn finish(self, loop_seconds: f64) -> Run {
@@ -207,8 +203,8 @@ impl<S: RunScalar> Simulation<S> {
     /// # Errors
     /// When the case cannot become a model, or the checkpoint is not one of it.
     pub fn resume(case: &Case, checkpoint: &Checkpoint) -> Result<Self, RunError> {
-        let mut simulation = Self::with_skips(case, checkpoint.header().skips)?;
-        simulation.state.step = checkpoint.header().step;
+        let mut simulation = Self::with_skips(case, checkpoint.header.skips)?;
+        simulation.state.step = checkpoint.header.step;
         checkpoint.state(|state| simulation.restore(state))?;
         Ok(simulation)
     }

@@ -11,15 +11,15 @@ use tracing::info;
 
 use super::attachment::{self, Deflections};
 use super::outcome::{self, Outcome, Tracker};
-use super::{Observer, PlySample, Progress, Run, RunScalar, Sample, Skips, profile};
+use super::result::profile;
+use super::{Observer, PlySample, Progress, Run, RunScalar, Sample, Skips};
 use crate::case::{Case, RunUntil};
 use crate::model::Model;
 use crate::num::scalar::Scalar;
 use crate::physics::mirror_planes::MirrorPlanes;
 use crate::physics::rigid_body::RigidBody;
 use crate::solver::energy_balance::{EnergyBalance, PlyMoment};
-use crate::solver::state::Given;
-use crate::solver::state::State;
+use crate::solver::state::{Given, State};
 use crate::solver::{self, FailureEvent, StepTotals};
 
 /// Rounding allowed in comparing times, in steps.
@@ -119,13 +119,9 @@ impl RunRecord {
         next.is_some_and(|due| time >= due - 0.5 * self.run.time_step)
     }
 
-    fn deflection_due(&self, case: &Case, time: f64) -> bool {
-        self.deflections.is_due(case, time, self.run.time_step)
-    }
-
     /// Whether the record wants the state before the step from `time` [s].
     pub(crate) fn state_due(&self, case: &Case, time: f64) -> bool {
-        self.profile_due(case, time) || self.deflection_due(case, time)
+        self.profile_due(case, time) || self.deflections.is_due(case, time, self.run.time_step)
     }
 
     /// Whether the state itself is needed for that: fabric without failures is attached.
@@ -144,9 +140,9 @@ impl RunRecord {
     ) {
         let dt = self.run.time_step;
         if self.profile_due(case, time) {
-            self.run.profiles.push(profile::take(model, state, case, time));
+            self.run.profiles.push(profile(model, state, case, time));
         }
-        if self.deflection_due(case, time) {
+        if self.deflections.is_due(case, time, dt) {
             self.deflections.look(case, time, dt, &self.failed, |ply| attachment::attached(model, state, ply));
         }
         if observer.snapshot_due(time, dt) {
@@ -186,14 +182,14 @@ impl RunRecord {
         [0, 1].map(|yarn| self.failed.iter().map(|ply| ply[yarn]).sum())
     }
 
-    /// Progress at `time` [s], after `steps` steps.
-    pub(crate) fn progress(&self, case: &Case, time: f64, steps: u64) -> Progress {
+    /// Progress so far.
+    pub(crate) fn progress(&self, case: &Case) -> Progress {
         Progress {
-            time,
+            time: self.run.steps as f64 * self.run.time_step,
             end_time: case.solver.end_time,
             velocity: self.run.history.last().map_or(0.0, |sample| sample.projectile_velocity),
             failed: self.failed().iter().sum(),
-            steps,
+            steps: self.run.steps,
             elements: self.run.elements,
         }
     }
@@ -252,15 +248,15 @@ impl RunRecord {
         }
         run.momentum_error = run.momentum_error.max(balance.momentum_error);
         if plies.len() > 1 {
-            let whole = |moment: &PlyMoment| PlyMoment {
-                kinetic: moment.kinetic * copies as f64,
-                stored: moment.stored * copies as f64,
-                deflection: moment.deflection,
-            };
+            let scale = copies as f64;
+            let whole = |m: &PlyMoment| PlyMoment { kinetic: m.kinetic * scale, stored: m.stored * scale, ..*m };
             let rows = plies.iter().zip(&self.failed).enumerate();
-            let row =
-                rows.map(|(ply, (moment, failed))| PlySample { time, ply, moment: whole(moment), failed: *failed });
-            run.ply_history.extend(row);
+            run.ply_history.extend(rows.map(|(ply, (moment, failed))| PlySample {
+                time,
+                ply,
+                moment: whole(moment),
+                failed: *failed,
+            }));
         }
         run.history.push(row);
         let (Some(tracker), Some((body, _))) = (&mut self.tracker, body) else { return false };
@@ -314,9 +310,9 @@ impl RunRecord {
         self.run.divergence = Some(solver::divergence::diagnose(model, state, excess, available));
     }
 
-    /// Results after `steps` steps; what computed them is left to the backend.
-    pub(crate) fn finish<S: Scalar>(self, model: &Model<S>, steps: u64, loop_seconds: f64) -> Run {
-        info!(steps, seconds = loop_seconds, failed_yarns = self.failed().iter().sum::<u64>(), "loop ended");
+    /// Results; what computed them is left to the backend.
+    pub(crate) fn finish<S: Scalar>(self, model: &Model<S>, loop_seconds: f64) -> Run {
+        info!(self.run.steps, seconds = loop_seconds, failed_yarns = self.failed().iter().sum::<u64>(), "loop ended");
         let present = model.ply_types.iter().flat_map(|s| (0..2).filter(|i| s.present[*i]).map(|i| &s.cell.yarn[i]));
         let breaking = present.map(|yarn| yarn.stiffness * yarn.failure_strain.min(1.0));
         let weakest = breaking.fold(f64::INFINITY, f64::min);
@@ -336,7 +332,7 @@ impl RunRecord {
         run.newton.unconverged *= run.planes.copies();
         run.deflections = self.deflections.largest();
         run.events = whole_events(model, run.events);
-        (run.steps, run.loop_seconds) = (steps, loop_seconds);
+        run.loop_seconds = loop_seconds;
         (run.step_set_by, run.features) = (model.bound.set_by, model.features());
         run
     }

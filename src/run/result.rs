@@ -1,13 +1,17 @@
-//! Results of a run.
+//! Results of a run, with the deflection profiles along one yarn direction and the wave quantities read from them.
 
 use serde::{Deserialize, Serialize};
 
-use super::options::Skips;
+use super::Skips;
 use super::outcome::Outcome;
-use super::profile::DeflectionProfile;
+use crate::case::{Along, Case};
+use crate::model::Model;
 use crate::model::features::Features;
-use crate::physics::mirror_planes::MirrorPlanes;
+use crate::num::scalar::Scalar;
+use crate::physics::mirror_planes::{Cut, MirrorPlanes};
+use crate::solver::element_totals::field as element;
 use crate::solver::energy_balance::{Balance, PlyMoment};
+use crate::solver::state::{State, node_position};
 use crate::solver::{Divergence, FailureEvent};
 
 /// One row of the history, at a time of positions.
@@ -164,4 +168,151 @@ impl Run {
     pub(crate) fn is_unbroken(&self) -> bool {
         self.history.last().is_some_and(|row| row.failed == [0; 2])
     }
+}
+
+/// One node of a profile.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct ProfilePoint {
+    /// Reference position along the profile, from the point of impact [m].
+    pub reference: f64,
+    /// Present position along the profile, from the point of impact [m].
+    pub position: f64,
+    /// z displacement [m].
+    pub deflection: f64,
+    /// Fabric strain from this node to the next, Λ − 1 (0 at the last) [-].
+    pub strain: f64,
+    /// Membrane force of the element after this node, per reference width (0 at the last) [N/m].
+    pub force: f64,
+}
+
+/// A line of nodes at one time.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct DeflectionProfile {
+    /// [s]
+    pub time: f64,
+    /// In order of position.
+    pub points: Vec<ProfilePoint>,
+}
+
+/// Profile of the first ply along the line of nodes nearest to the point of impact.
+pub(crate) fn profile<S: Scalar>(model: &Model<S>, state: &State<S>, case: &Case, time: f64) -> DeflectionProfile {
+    let mesh = &model.ply_type(0).mesh;
+    let impact = case.projectile.as_ref().map_or([0.0; 2], |p| p.offset);
+    let impact = mesh.to_ply([impact[0], impact[1], 0.0]);
+    let along = case.output.profile_along;
+    let (axis, across) = if along == Along::Warp { (0, 1) } else { (1, 0) };
+    let counts = [mesh.columns, mesh.rows];
+    let line = mesh.nearest_line(across, impact[across]);
+    let place = |n: usize| if along == Along::Warp { (line, n) } else { (n, line) };
+    let mut points = Vec::with_capacity(counts[axis] + 1);
+    for n in 0..=counts[axis] {
+        let (row, column) = place(n);
+        let here = node_position(model, state, 0, row, column);
+        let mut point = ProfilePoint {
+            reference: mesh.reference(row, column)[axis] - impact[axis],
+            position: mesh.to_ply(here.into())[axis] - impact[axis],
+            deflection: here.z,
+            strain: 0.0,
+            force: 0.0,
+        };
+        if n < counts[axis] {
+            let (row, column) = place(n + 1);
+            let next = node_position(model, state, 0, row, column);
+            let (row, column) = place(n);
+            let (row, column) = (row.min(mesh.rows - 1), column.min(mesh.columns - 1));
+            let size = mesh.size(row, column);
+            point.strain = (next - here).norm() / size[axis] - 1.0;
+            let field = if along == Along::Warp { element::WARP_FORCE } else { element::WEFT_FORCE };
+            let square: f64 = (0..3).map(|a| state.elements.get(row, field + a, column + 1).to_f64().powi(2)).sum();
+            point.force = square.sqrt() / (0.5 * size[across]);
+        }
+        points.push(point);
+    }
+    DeflectionProfile { time, points: mirrored(points, mesh.cut[axis]) }
+}
+
+/// The points of a line with their mirror images, in order of position. Strain and force belong to the element after a point.
+fn mirrored(points: Vec<ProfilePoint>, cut: Cut) -> Vec<ProfilePoint> {
+    let image = |n: usize| {
+        let point = points[n];
+        // What lies after the image lies before the point.
+        let after = if n > 0 { points[n - 1] } else { points[0] };
+        let (reference, position) = (-point.reference, -point.position);
+        ProfilePoint { reference, position, deflection: point.deflection, strain: after.strain, force: after.force }
+    };
+    match cut {
+        Cut::Nowhere => points,
+        Cut::First => (1..points.len()).rev().map(image).chain(points.iter().copied()).collect(),
+        Cut::Last => {
+            let last = points.len().saturating_sub(1);
+            let edge = ProfilePoint { strain: 0.0, force: 0.0, ..image(0) };
+            let images = (1..last).rev().map(image).chain(std::iter::once(edge));
+            // On the plane itself the element after it is the image of the one before.
+            points[..last].iter().copied().chain(std::iter::once(image(last))).chain(images).collect()
+        }
+    }
+}
+
+impl DeflectionProfile {
+    /// Points at and beyond the point of impact.
+    fn outward(&self) -> impl Iterator<Item = &ProfilePoint> {
+        self.points.iter().filter(|p| p.reference > -1e-12)
+    }
+
+    /// Kink: the place in space where the straight flank of the transverse wave meets the plane [m].
+    ///
+    /// `None` without deflection.
+    pub fn kink(&self) -> Option<f64> {
+        let peak = self.outward().map(|p| p.deflection.abs()).fold(0.0, f64::max);
+        if peak <= 0.0 {
+            return None;
+        }
+        // Least squares of position on deflection over the middle of the flank.
+        let flank = self.outward().filter(|p| (0.2..0.8).contains(&(p.deflection.abs() / peak)));
+        let (mut n, mut w, mut x, mut ww, mut wx) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        for p in flank {
+            let d = p.deflection.abs();
+            n += 1.0;
+            w += d;
+            x += p.position;
+            ww += d * d;
+            wx += d * p.position;
+        }
+        let determinant = n * ww - w * w;
+        (n >= 3.0 && determinant > 0.0).then(|| (x * ww - w * wx) / determinant)
+    }
+
+    /// Median strain between kink and longitudinal front [-].
+    pub fn plateau_strain(&self) -> Option<f64> {
+        let peak = self.outward().map(|p| p.strain).fold(0.0, f64::max);
+        let reach = self.outward().filter(|p| p.strain > 0.3 * peak).map(|p| p.reference).fold(0.0, f64::max);
+        let kink = self.kink().unwrap_or(0.0);
+        let from = kink + 0.15 * (reach - kink);
+        let to = reach - 0.15 * (reach - kink);
+        let mut strains: Vec<f64> =
+            self.outward().filter(|p| (from..to).contains(&p.reference)).map(|p| p.strain).collect();
+        strains.sort_by(f64::total_cmp);
+        strains.get(strains.len() / 2).copied()
+    }
+
+    /// Reference position of the longitudinal front [m]: where a step of the plateau's strain would hold the same
+    /// elongation. An undamped mesh spreads a shock into a train of waves whose first one runs ahead; the elongation
+    /// it carries does not.
+    pub fn front(&self) -> Option<f64> {
+        let plateau = self.plateau_strain().filter(|p| *p > 0.0)?;
+        let points: Vec<&ProfilePoint> = self.outward().collect();
+        let elongation: f64 = points.windows(2).map(|w| w[0].strain * (w[1].reference - w[0].reference)).sum();
+        Some(elongation / plateau)
+    }
+}
+
+/// Speed of `place` between two profiles [m/s].
+pub(crate) fn speed(
+    from: &DeflectionProfile,
+    to: &DeflectionProfile,
+    place: impl Fn(&DeflectionProfile) -> Option<f64>,
+) -> Option<f64> {
+    Some((place(to)? - place(from)?) / (to.time - from.time))
 }

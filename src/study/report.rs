@@ -6,8 +6,8 @@ use super::fit::Fit;
 use super::limit::{Limit, ResidualModel};
 use super::v50_result::{ThresholdSample, V50Result};
 use crate::output::number::short;
-use crate::output::page::{figure, page, table};
 use crate::output::plot::{self, Figure, Plot};
+use crate::output::report::{figure, page, table};
 
 /// Points of a curve.
 const POINTS: usize = 240;

@@ -15,7 +15,7 @@ use super::shots::{self, ShotRow, ShotsRequest};
 use super::v50::{self, V50Request};
 use super::v50_result::V50Result;
 use crate::case::{Case, CaseError};
-use crate::output::csv::{header, number, quoted, row};
+use crate::output::csv::{self, number};
 use crate::output::number::short;
 use crate::output::plot::{Figure, Plot};
 use crate::output::{Folder, OutputError};
@@ -291,13 +291,10 @@ fn text(cell: &Value, number: impl Fn(f64) -> String, none: &str) -> String {
 impl SweepResult {
     /// `sweep.csv`: a row for each point; columns of factors are their pointers.
     pub fn table(&self, request: &SweepRequest) -> String {
-        let columns: Vec<String> = request.columns().map(quoted).collect();
-        let mut table = header(iter::once("point").chain(columns.iter().map(String::as_str)));
-        for (n, cells) in self.points.iter().enumerate() {
-            let cells = cells.iter().map(|cell| quoted(&text(cell, number, "")));
-            row(&mut table, iter::once(n.to_string()).chain(cells));
-        }
-        table
+        let row = |(n, cells): (usize, &Vec<Value>)| {
+            iter::once(n.to_string()).chain(cells.iter().map(|cell| text(cell, number, ""))).collect()
+        };
+        csv::table(iter::once("point").chain(request.columns()), self.points.iter().enumerate().map(row))
     }
 
     /// `sweep.json`.

@@ -149,11 +149,8 @@ fn resume(case: &Case, checkpoint: &Checkpoint) {
     if let Err(error) = checkpoint.check_case(case) {
         return assert_worded(&error.to_string());
     }
-    let head = checkpoint.header();
-    match checkpoint.observer_state() {
-        Ok(bytes) => drop(Animation::resume(case, &bytes, head.step, head.time_step)),
-        Err(error) => return assert_worded(&error.to_string()),
-    }
+    let head = &checkpoint.header;
+    drop(Animation::from_bytes(&checkpoint.observer));
     let BackendId::Cpu(precision) = head.backend else { return };
     let interrupt = AtomicBool::new(false);
     let mut observer = Bounded { steps: AtomicUsize::new(0), interrupt: &interrupt };
@@ -164,15 +161,15 @@ fn resume(case: &Case, checkpoint: &Checkpoint) {
     }
 }
 
-/// Bytes before the head: what the file begins with, the number of the format, the length of the head.
-const START: usize = 16;
+/// Bytes before what is packed: what the file begins with, and the number of the format.
+const START: usize = 12;
 /// Bytes of the checksum.
 const SUM: usize = 8;
 
 /// Contents of a checkpoint, unpacked.
 #[derive(Clone)]
 pub(crate) struct Plain {
-    start: [u8; 12],
+    start: Vec<u8>,
     head: Vec<u8>,
     contents: Vec<u8>,
 }
@@ -180,19 +177,18 @@ pub(crate) struct Plain {
 impl Plain {
     /// Unpacks a file that is whole.
     pub(crate) fn of(file: &[u8]) -> Self {
-        let length = u32::from_le_bytes(file[12..START].try_into().expect("four bytes")) as usize;
-        let mut contents = Vec::new();
-        FrameDecoder::new(&file[START + length..file.len() - SUM]).read_to_end(&mut contents).expect("a whole file");
-        let start = file[..12].try_into().expect("twelve bytes");
-        Self { start, head: file[START..START + length].to_vec(), contents }
+        let mut all = Vec::new();
+        FrameDecoder::new(&file[START..file.len() - SUM]).read_to_end(&mut all).expect("a whole file");
+        let (_, contents) = postcard::take_from_bytes::<Header>(&all).expect("a header");
+        let head = &all[..all.len() - contents.len()];
+        Self { start: file[..START].into(), head: head.into(), contents: contents.into() }
     }
 
     /// Packs it again, with a checksum that holds.
     pub(crate) fn seal(&self) -> Vec<u8> {
-        let mut file = [&self.start[..], &(self.head.len() as u32).to_le_bytes(), &self.head].concat();
         let mut encoder = FrameEncoder::new(Vec::new());
-        encoder.write_all(&self.contents).expect("memory");
-        file.extend(encoder.finish().expect("memory"));
+        encoder.write_all(&[&self.head[..], &self.contents].concat()).expect("memory");
+        let mut file = [&self.start[..], &encoder.finish().expect("memory")].concat();
         let mut sum = XxHash3_64::new();
         sum.write(&file);
         file.extend(sum.finish().to_le_bytes());

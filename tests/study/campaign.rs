@@ -59,7 +59,6 @@ fn files(path: &Path) -> BTreeMap<String, Vec<u8>> {
     for entry in fs::read_dir(path).unwrap().map(Result::unwrap).filter(|entry| entry.path().is_file()) {
         found.insert(entry.file_name().to_string_lossy().into_owned(), fs::read(entry.path()).unwrap());
     }
-    found.remove(".ripstop.lock");
     found
 }
 

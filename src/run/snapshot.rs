@@ -3,17 +3,14 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::schedule::Schedule;
-use super::{Frame, PlyMesh, Pose, Scene};
+use super::frame::{Frame, PlyMesh, Pose, Scene};
 use crate::model::Model;
 use crate::model::mesh::Mesh;
 use crate::num::scalar::{Scalar, each};
 use crate::physics::crossover;
-use crate::physics::element_geometry::ElementConstants;
-use crate::physics::element_geometry::ElementGeometry;
+use crate::physics::element_geometry::{ElementConstants, ElementGeometry};
 use crate::physics::kinematics::{differences, kinematics};
 use crate::physics::mirror_planes::Cut;
-use crate::physics::rigid_body::RigidBody;
 use crate::physics::shear;
 use crate::physics::yarn_law::LawKernel;
 use crate::run::View;
@@ -29,31 +26,38 @@ pub struct Snapshot {
     step: u64,
     time: f64,
     projectile: Option<Pose>,
-    /// Bytes of the copy.
-    bytes: usize,
+    /// Bytes of memory that it takes, about.
+    pub(crate) bytes: usize,
     /// Fills a frame of zeros with what has moved, in whatever precision.
     fill: Fill,
 }
 
 impl Snapshot {
+    /// Copy of the state in view. `scene`: constants of all frames of the run, made with the first.
+    pub(crate) fn new(view: &View<'_>, scene: &mut Option<Arc<Scene>>) -> Self {
+        match view {
+            View::Double(model, state) => Self::of(model, state, scene),
+            View::Single(model, state) => Self::of(model, state, scene),
+        }
+    }
+
+    fn of<S: Scalar>(model: &Arc<Model<S>>, state: &State<S>, scene: &mut Option<Arc<Scene>>) -> Self {
+        let plies: Vec<Patch<S>> = (0..model.plies.len()).map(|ply| Patch::new(model, state, ply)).collect();
+        let numbers: usize = plies.iter().map(|patch| patch.nodes.len() + patch.elements.len()).sum();
+        let own = Arc::clone(model);
+        Self {
+            scene: scene.get_or_insert_with(|| Arc::new(Scene::new(model))).clone(),
+            step: state.step,
+            time: state.step as f64 * model.dt,
+            projectile: state.body.as_ref().map(Pose::from),
+            bytes: size_of::<Self>() + numbers * size_of::<S>(),
+            fill: Box::new(move |scene, frame| fill(&own, &plies, scene, frame)),
+        }
+    }
+
     /// Constants that it shares with all others of its run.
     pub fn scene(&self) -> &Scene {
         &self.scene
-    }
-
-    /// Time [s].
-    pub fn time(&self) -> f64 {
-        self.time
-    }
-
-    /// Steps done.
-    pub fn step(&self) -> u64 {
-        self.step
-    }
-
-    /// Bytes of memory that it takes, about.
-    pub fn bytes(&self) -> usize {
-        self.bytes
     }
 
     /// Frame of the whole scene.
@@ -62,77 +66,6 @@ impl Snapshot {
             Frame { step: self.step, time: self.time, projectile: self.projectile, ..Frame::empty(&self.scene) };
         (self.fill)(&self.scene, &mut frame);
         frame
-    }
-}
-
-/// Taker of the snapshots of a run.
-pub struct SnapshotTaker {
-    schedule: Schedule,
-    scene: Option<Arc<Scene>>,
-}
-
-impl SnapshotTaker {
-    /// For a number of frames from 0 to the end of a run, at `end_time` [s] or before; a single one is that of the start.
-    pub fn new(frames: usize, end_time: f64) -> Self {
-        Self { schedule: Schedule::new(frames, end_time), scene: None }
-    }
-
-    /// For a run that goes on before the step of this number, `dt` [s] long.
-    pub fn resume(frames: usize, end_time: f64, step: u64, dt: f64) -> Self {
-        Self { schedule: Schedule::resume(frames, end_time, step, dt), scene: None }
-    }
-
-    /// Whether a frame is due at `time` [s], or nearer to it than to the next step `dt` [s] later.
-    pub fn is_due(&self, time: f64, dt: f64) -> bool {
-        self.schedule.is_due(time, dt)
-    }
-
-    /// Steps done before the frames that are kept, in order; all others have been given up.
-    pub fn kept(&self) -> impl Iterator<Item = u64> {
-        self.schedule.kept()
-    }
-
-    /// Snapshot of the state in view, which is due.
-    pub fn take(&mut self, view: &View<'_>) -> Snapshot {
-        let (step, [_, dt]) = (view.step(), view.clock());
-        self.schedule.pass(step, dt);
-        self.snapshot(view)
-    }
-
-    /// Snapshot of the state in view after the last step, unless a frame shows it already.
-    pub fn end(&mut self, view: &View<'_>) -> Option<Snapshot> {
-        self.schedule.wants_end(view.step()).then(|| self.snapshot(view))
-    }
-
-    fn snapshot(&mut self, view: &View<'_>) -> Snapshot {
-        match view {
-            View::Double(model, state) => self.take_as(model, state),
-            View::Single(model, state) => self.take_as(model, state),
-        }
-    }
-
-    fn take_as<S: Scalar>(&mut self, model: &Arc<Model<S>>, state: &State<S>) -> Snapshot {
-        let plies: Vec<Patch<S>> = (0..model.plies.len()).map(|ply| Patch::new(model, state, ply)).collect();
-        let numbers: usize = plies.iter().map(|patch| patch.nodes.len() + patch.elements.len()).sum();
-        let own = Arc::clone(model);
-        Snapshot {
-            scene: self.scene.get_or_insert_with(|| Arc::new(Scene::new(model))).clone(),
-            step: state.step,
-            time: state.step as f64 * model.dt,
-            projectile: state.body.as_ref().map(pose),
-            bytes: size_of::<Snapshot>() + numbers * size_of::<S>(),
-            fill: Box::new(move |scene, frame| fill(&own, &plies, scene, frame)),
-        }
-    }
-}
-
-fn pose(body: &RigidBody) -> Pose {
-    let q = body.orientation.quaternion();
-    Pose {
-        position: body.position.into(),
-        rotation: [q.w, q.i, q.j, q.k],
-        velocity: body.velocity.into(),
-        angular_velocity: body.angular_velocity().into(),
     }
 }
 
