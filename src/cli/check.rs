@@ -183,7 +183,6 @@ pub(crate) fn info(arguments: &InfoArguments) -> Result<(), CommandFailure> {
         let kernels = gpu::shader::KERNELS.iter().filter(|kernel| kernel.is_in(&features)).map(|kernel| kernel.name);
         table.row(["", ""]);
         table.row(["case", case.title.as_str()]);
-        features.list().into_iter().for_each(|(name, value)| table.row([name, value.as_str()]));
         table.row(["symmetry", symmetry(model.planes).as_str()]);
         table.row(["kernels per step", kernels.collect::<Vec<_>>().join(", ").as_str()]);
         table.row(["device memory", bytes(gpu::buffers::Sizes::new(&model).total() as f64).as_str()]);

@@ -307,7 +307,7 @@ impl VtuWriter {
         fabric.fixed.push(Array::bytes("ply", &plies.collect::<Vec<_>>())?);
         let mut grids = vec![fabric];
         let projectile = case.projectile.as_ref().and_then(|projectile| {
-            let body = Body::new(projectile).ok()?;
+            let body = Body::new(projectile)?;
             let surface = SurfaceMesh::new(&body, scene.reference.iter());
             Some((surface, RigidBody::new(projectile, body, 0.0)))
         });

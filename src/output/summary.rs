@@ -8,7 +8,7 @@ use super::expect;
 use super::number::{fixed, grouped, short, us};
 use super::warnings::assumed_fields;
 use crate::case::{Case, Motion, case_hash};
-use crate::physics::mirror_planes::MirrorPlanes;
+use crate::physics::rigid_body::MirrorPlanes;
 use crate::run::outcome::Outcome;
 use crate::run::{PlySample, Run, Sample};
 use crate::solver::Divergence;
@@ -167,7 +167,6 @@ fn origin(case: &Case, run: &Run, checks: &[Check]) -> Value {
         "adapter": run.adapter,
         "threads": run.threads,
         "precision": run.precision,
-        "terms": run.features.list().into_iter().map(|(name, value)| (name.to_owned(), value.into())).collect::<Map<_, _>>(),
         "version": env!("CARGO_PKG_VERSION"),
         "case": case.name,
         "case_hash": case_hash(&case.as_run),

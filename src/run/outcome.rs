@@ -261,7 +261,7 @@ fn runs_on<S: Scalar>(
 
 /// Corners and centre of an element [m].
 fn patch<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize, cell: [usize; 2]) -> [Vector3<f64>; 5] {
-    let [a, b, c, d] = corners(cell).map(|(row, column)| node_position(model, state, ply, row, column));
+    let [a, b, c, d] = corners(cell).map(|(row, column)| node_position(model, state, [ply, row, column]));
     [a, b, c, d, (a + b + c + d) * 0.25]
 }
 
