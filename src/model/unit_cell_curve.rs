@@ -10,6 +10,7 @@ use crate::physics::yarn_law::{
 
 /// Unit-cell law of a curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum CurveLaw {
     /// The paper's, with the tension T in the plane.
     Published,

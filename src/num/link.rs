@@ -12,6 +12,7 @@ const SERIES: f64 = -35.0;
 
 /// Distribution of the thresholds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Link {
     /// Normal.
     #[default]

@@ -52,6 +52,7 @@ pub use snapshot::Snapshot;
 
 /// Number type of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Precision {
     /// Double, the reference.
     #[default]
