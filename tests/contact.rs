@@ -93,7 +93,7 @@ fn a_set_of_nodes_shares_the_normal_velocity_and_conserves_both_momenta() {
         assert!(p.friction_impulse.norm() <= 0.3 * p.normal_impulse * (1.0 + 1e-6), "friction beyond μN");
     }
     assert!(points[3].normal_impulse == 0.0 && points[3].velocity().z == 400.0, "a faster node is let go");
-    assert!(totals.touching == 3 && totals.dissipation > 0.0 && totals.friction > 0.0);
+    assert!(totals.dissipation > 0.0 && totals.friction > 0.0);
 }
 
 #[test]
@@ -138,7 +138,7 @@ fn a_point_on_an_edge_moves_both_nodes_and_conserves_both_momenta() {
     let between = near * 0.75 + far * 0.25;
     let lag = SHARED * (0.75 * 0.75 + 0.25 * 0.25) / 4e-5 * points[2].normal_impulse;
     assert!((between.z - body.twist().at(&points[2].arm).z + lag).abs() < 1e-9, "{between} {lag}");
-    assert!(between.x < 1.0 && totals.friction > 0.0 && totals.dissipation > 0.0 && totals.touching == 1, "{totals:?}");
+    assert!(between.x < 1.0 && totals.friction > 0.0 && totals.dissipation > 0.0, "{totals:?}");
 }
 
 /// The paper's shot on a small ply that never breaks, at 144 m/s.

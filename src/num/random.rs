@@ -88,10 +88,4 @@ impl Weibull {
     pub fn mean(&self, length: f64) -> f64 {
         self.at_gauge(length).scale * tgamma(1.0 + 1.0 / self.shape)
     }
-
-    /// Standard deviation over mean; that of any length.
-    pub fn variation(&self) -> f64 {
-        let mean = tgamma(1.0 + 1.0 / self.shape);
-        (tgamma(1.0 + 2.0 / self.shape) / (mean * mean) - 1.0).sqrt()
-    }
 }

@@ -129,8 +129,6 @@ pub struct ContactTotals {
     pub impulse: [f64; 3],
     /// Impulse that went through held nodes into the supports [N·s], on the system.
     pub support: [f64; 3],
-    /// Nodes that pushed.
-    pub touching: u32,
 }
 
 /// Finds the impulses of one step and applies them to the body; the caller applies them to the nodes. The last points are
@@ -326,7 +324,6 @@ fn account(start: &RigidBody, body: &RigidBody, points: &[ContactPoint], nodes: 
         for a in 0..3 {
             totals.impulse[a] -= impulse[a];
         }
-        totals.touching += 1;
     }
     for p in points[..nodes].iter().filter(|p| p.touched()) {
         let impulse = p.impulse() + p.edge_impulse;

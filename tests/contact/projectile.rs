@@ -194,8 +194,6 @@ fn what_nodes_and_body_lose_is_what_is_booked() {
         let fastest = 300.0;
         assert!((lost - booked).abs() < fastest * small + 1e-12 * scene.energy(false), "{kind}: {lost} {booked}");
         assert!(totals.dissipation > -1e-15 && totals.dissipation + totals.friction > -1e-15, "{totals:?}");
-        let pushing = scene.points.iter().filter(|p| p.normal_impulse > 0.0).count();
-        assert_eq!(totals.touching as usize, pushing);
         if kind == 2 {
             assert_eq!(
                 (scene.body.velocity, scene.body.angular_momentum),
@@ -319,6 +317,6 @@ fn nothing_of_a_step_stays_for_the_next_in_which_nothing_pushes() {
     }
     let before = scene.body.clone();
     let totals = resolve(&mut scene.body, &mut scene.points, &mut scene.rim, DT);
-    assert!(totals.touching == 0 && scene.points.iter().all(|p| p.impulse() == Vector3::zeros()), "{totals:?}");
+    assert!(scene.points.iter().all(|p| p.impulse() == Vector3::zeros()), "{totals:?}");
     assert_eq!(scene.body.velocity, before.velocity);
 }
