@@ -6,7 +6,7 @@ use std::{fmt, iter};
 use serde_json::Value;
 
 use super::changes;
-use super::keys::{CASE, Key, accepts, expected, fits, keys, lookup, object, pointers, value_of, words};
+use super::keys::{CASE, Key, accepts, expected, fits, keys, lookup, object, pointers, strings, value_of};
 
 /// Refusal of a case.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -31,14 +31,13 @@ const SHOWN: usize = 12;
 
 impl fmt::Display for CaseError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (index, error) in self.all().take(SHOWN).enumerate() {
+        let text = |error: &Self| {
             let Self { file, location, expected, found, help, .. } = error;
-            let [line, colon] = [if index > 0 { "\n" } else { "" }, if location.is_empty() { "" } else { ": " }];
-            write!(f, "{line}error: {file}{colon}{location}\n  expected: {expected}\n  found: {found}")?;
-            if let Some(help) = help {
-                write!(f, "\n  help: {help}")?;
-            }
-        }
+            let colon = if location.is_empty() { "" } else { ": " };
+            let help = help.as_ref().map(|help| format!("\n  help: {help}")).unwrap_or_default();
+            format!("error: {file}{colon}{location}\n  expected: {expected}\n  found: {found}{help}")
+        };
+        f.write_str(&self.all().take(SHOWN).map(text).collect::<Vec<_>>().join("\n"))?;
         match self.all().count().saturating_sub(SHOWN) {
             0 => Ok(()),
             more => write!(f, "\n{more} more"),
@@ -130,10 +129,9 @@ pub(super) fn quote(text: &str) -> String {
 /// `"a", "b" or "c"`.
 pub(super) fn list<'a>(words: impl IntoIterator<Item = &'a str>) -> String {
     let words: Vec<String> = words.into_iter().map(quote).collect();
-    match words.split_last() {
-        Some((last, rest)) if !rest.is_empty() => format!("{} or {last}", rest.join(", ")),
-        Some((last, _)) => last.clone(),
-        None => "nothing".to_owned(),
+    match &words[..] {
+        [rest @ .., last] if !rest.is_empty() => format!("{} or {last}", rest.join(", ")),
+        words => words.concat(),
     }
 }
 
@@ -236,7 +234,7 @@ fn check_object(pointer: &str, node: &'static Value, object: &Value, errors: &mu
         let place = format!("{pointer}/{name}");
         match misplaced(&place, key, value, &keys, object) {
             Some(error) => errors.push(error),
-            None if key.is_nullable() && value.is_null() => {}
+            None if key.node["type"].is_array() && value.is_null() => {}
             None => check_value(&place, key, value, errors),
         }
     }
@@ -289,15 +287,13 @@ fn mismatch(key: &Key, value: &Value, place: &str) -> CaseError {
     let first = key.node["anyOf"].get(0).unwrap_or(key.node);
     let help = match key.node["type"].as_str() {
         _ if first.get("enum").is_some() && !text.is_empty() => {
-            let near = || nearest(text, words(first)).map(|near| format!("did you mean {}?", quote(near)));
+            let near = || nearest(text, strings(&first["enum"])).map(|near| format!("did you mean {}?", quote(near)));
             removed(key.name, text).map(str::to_owned).or_else(near)
         }
         Some("number" | "integer") if text.parse::<f64>().is_ok_and(f64::is_finite) => {
             Some("write the number without quotes".to_owned())
         }
-        None if key.node["anyOf"][1].get("pattern").is_some() && !text.is_empty() => {
-            Some("for example \"1%\"".to_owned())
-        }
+        _ if key.node["anyOf"][1].get("pattern").is_some() && !text.is_empty() => Some("for example \"1%\"".to_owned()),
         Some("number") if value.as_f64().is_some_and(|number| number > 0.0) => {
             key.node["help"].as_str().map(str::to_owned)
         }
@@ -313,40 +309,29 @@ fn removed(key: &str, word: &str) -> Option<&'static str> {
 
 /// The error of a key that does not belong beside what the others say, or lacks the one that belongs with it.
 fn misplaced(place: &str, key: &Key, value: &Value, keys: &[Key], object: &Value) -> Option<CaseError> {
-    if let Some((other, values)) = key.condition("only").filter(|_| !key.belongs(keys, object)) {
-        let found = value_of(other, keys, object).unwrap_or_default();
-        let expected = format!("no {} where {} is {}", quote(key.name), quote(other), quote(&found));
+    let (name, with) = (quote(key.name), key.text("with"));
+    if !key.belongs(keys, object) {
+        let (other, values) = key.condition("only")?;
+        let expected = format!("no {name} where {} is {}", quote(other), quote(&value_of(other, keys, object)?));
         let help = format!("it belongs where {} is {}", quote(other), list(values));
         return Some(CaseError::at(place, expected, describe(value)).help(help));
     }
-    let with = key.text("with");
-    if !with.is_empty() && object.get(with).is_none() {
-        let expected = format!("{} and {} together, or none of them", quote(key.name), quote(with));
-        return Some(CaseError::at(place, expected, format!("only {}", quote(key.name))));
-    }
-    None
+    let together = format!("{name} and {} together, or none of them", quote(with));
+    (!with.is_empty() && object.get(with).is_none()).then(|| CaseError::at(place, together, format!("only {name}")))
 }
 
 /// The error of an unknown key. The nearest one comes first; the others are many, and the schema has them.
 fn unknown(pointer: &str, keys: &[Key], name: &str) -> CaseError {
     let object = if pointer.is_empty() { "the case" } else { pointer };
-    let near = nearest(name, keys.iter().map(|key| key.name));
+    let near = nearest(name, keys.iter().map(|key| key.name)).unwrap_or_default();
     // A key of this object without its unit is meant before one of another object.
-    let without_unit = near.is_some_and(|near| near.strip_prefix(name).is_some_and(|unit| unit.starts_with('_')));
-    let elsewhere = pointers().into_iter().find(|pointer| pointer.rsplit('/').next() == Some(name));
-    let expected = match (near, keys.len()) {
-        (Some(near), 1) => format!("{}, the one key of {object}", quote(near)),
-        (Some(near), count) => format!("{} or another of the {count} keys of {object}", quote(near)),
-        (None, _) => format!("no key: {object} has none"),
-    };
-    let help = match (removed(name, ""), elsewhere.filter(|_| !without_unit), near) {
-        (Some(instead), ..) => instead.to_owned(),
-        (None, Some(pointer), _) => format!("{} belongs at {pointer}", quote(name)),
-        (None, None, Some(near)) => format!("did you mean {}? `ripstop schema` lists every key", quote(near)),
-        (None, None, None) => format!("leave {} out", quote(name)),
-    };
-    let location = format!("{pointer}/{}", escape(name));
-    CaseError::at(location, expected, format!("unknown key {}", quote(name))).help(help)
+    let without_unit = near.strip_prefix(name).is_some_and(|unit| unit.starts_with('_'));
+    let elsewhere = pointers().into_iter().find(|pointer| pointer.rsplit('/').next() == Some(name) && !without_unit);
+    let belongs = || elsewhere.map(|pointer| format!("{} belongs at {pointer}", quote(name)));
+    let help = removed(name, "").map(str::to_owned).or_else(belongs);
+    let help = help.unwrap_or_else(|| format!("did you mean {}? `ripstop schema` lists every key", quote(near)));
+    let expected = format!("{} or another of the {} keys of {object}", quote(near), keys.len());
+    CaseError::at(format!("{pointer}/{}", escape(name)), expected, format!("unknown key {}", quote(name))).help(help)
 }
 
 /// Refuses a source that is no text or whose pointer names nothing; `base` is where `document` stands in a case.

@@ -22,7 +22,6 @@ const LEAST_COMPRESSION: f64 = 1e-6;
 
 /// One woven fabric (Table I of the paper plus what it leaves open).
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
-#[schemars(extend("file" = true))]
 pub struct Fabric {
     /// Designation.
     #[schemars(length(min = 1))]

@@ -1,6 +1,6 @@
 //! Limits on the fields of a case together: times within the run, mesh, number of steps, memory.
 
-use super::error::{CaseError, number_text, short_number_text};
+use super::error::{CaseError, short_number_text};
 use super::{Case, Layer};
 
 /// More steps than this are a mistake in the units of the case.
@@ -19,67 +19,70 @@ const SNAPSHOT_BYTES: usize = 80;
 const FRAMES_BYTES: usize = 128 << 20;
 /// One row of the history [bytes].
 const ROW_BYTES: f64 = 200.0;
+/// Remedy for a mesh that is too large.
+const SMALLER: &str = "reduce width_mm and height_mm, or raise crossovers_per_element";
 
 /// Columns and rows nearest to a size [m], from the length of an element along each direction [m], in whole multiples of `fine`;
 /// `pointer` is what has that size.
 pub(super) fn mesh(pointer: &str, size: [f64; 2], element: [f64; 2], fine: f64) -> Result<[usize; 2], CaseError> {
     let [columns, rows] = [0, 1].map(|i| fine * (size[i] / (fine * element[i])).round().max(1.0));
-    if columns * rows > MAX_ELEMENTS {
-        let expected = format!("at most {MAX_ELEMENTS:.2e} elements in a ply");
-        let found = format!("{columns} × {rows} elements");
-        return Err(CaseError::at(pointer, expected, found).help(SMALLER));
-    }
+    at_most(columns * rows, pointer, "in a ply", || format!("{columns} × {rows} elements"))?;
     Ok([columns as usize, rows as usize])
 }
 
-const SMALLER: &str = "reduce width_mm and height_mm, or raise crossovers_per_element";
+/// Refuses more elements than can be counted.
+fn at_most(count: f64, pointer: &str, place: &str, found: impl Fn() -> String) -> Result<(), CaseError> {
+    let error = || CaseError::at(pointer, format!("at most {MAX_ELEMENTS:.2e} elements {place}"), found());
+    if count > MAX_ELEMENTS { Err(error().help(SMALLER)) } else { Ok(()) }
+}
 
 /// Refuses what cannot be run: too many elements or steps, too much memory.
 pub(super) fn check(case: &Case) -> Result<(), CaseError> {
-    elements(case)?;
-    steps(case)?;
+    let count = sum(case, |elements, _| elements);
+    at_most(count, "/pack", "over all plies", || format!("{count:.2e} elements"))?;
+    let critical = case.layers().iter().map(critical_step).fold(f64::INFINITY, f64::min);
+    let step = case.solver.courant * critical;
+    let steps = (case.solver.end_time / step).ceil();
+    if steps > MAX_STEPS {
+        let longest = short_number_text(MAX_STEPS * step * 1e6);
+        let expected = format!("at most 1e9 time steps: up to {longest} µs with steps of {:.3e} µs", step * 1e6);
+        return Err(CaseError::at("/solver/end_time_us", expected, format!("{steps:.3e} steps")));
+    }
     memory(memory_needed(case), memory_available())
+}
+
+/// Sum over the plies of a number that follows from the elements and the nodes of one.
+fn sum(case: &Case, of: impl Fn(f64, f64) -> f64) -> f64 {
+    let of_layer = |layer: &Layer| {
+        let [columns, rows] = layer.counts().map(|count| count as f64);
+        f64::from(layer.plies) * of(columns * rows, (columns + 1.0) * (rows + 1.0))
+    };
+    case.layers().iter().map(of_layer).sum()
 }
 
 /// Leaves out what would come after the end of the run, and notes it in the case.
 pub(super) fn fit(case: &mut Case) {
     let end = case.solver.end_time;
     // The end, and a time like it computed from another unit, may differ in the last digit.
-    let reached = |time: f64| time <= end * (1.0 + 1e-12);
+    let is_late = |time: f64| time > end * (1.0 + 1e-12);
     let us = |time: f64| format!("{} µs", short_number_text(time * 1e6));
-    let note = |what: String| format!("{what}: after the end of the run, /solver/end_time_us = {}", us(end));
+    let mut note =
+        |what: String| case.notes.push(format!("{what}: after the end of the run, /solver/end_time_us = {}", us(end)));
     let output = &mut case.output;
-    if !reached(output.history_interval) {
-        case.notes
-            .push(note(format!("/output/history_interval_us = {} is taken as the end", us(output.history_interval))));
+    if is_late(output.history_interval) {
+        note(format!("/output/history_interval_us = {} is taken as the end", us(output.history_interval)));
         output.history_interval = end;
     }
-    let late: Vec<String> = output.profile_times.iter().filter(|time| !reached(**time)).map(|time| us(*time)).collect();
+    let late: Vec<String> = output.profile_times.extract_if(.., |time| is_late(*time)).map(us).collect();
     if !late.is_empty() {
-        case.notes.push(note(format!("/output/profile_times_us: {} left out", late.join(", "))));
-        output.profile_times.retain(|time| reached(*time));
+        note(format!("/output/profile_times_us: {} left out", late.join(", ")));
     }
-    let mut index = 0;
+    let mut index = 0..;
     case.expect.retain(|expect| {
-        let last = expect.at.or(expect.between.map(|[_, last]| last));
-        let kept = last.is_none_or(reached);
-        if let (false, Some(last)) = (kept, last) {
-            case.notes.push(note(format!("/expect/{index} at {} left out", us(last))));
-        }
-        index += 1;
-        kept
+        let late = expect.at.or(expect.between.map(|[_, last]| last)).filter(|time| is_late(*time));
+        let index = index.next().unwrap_or_default();
+        late.inspect(|time| note(format!("/expect/{index} at {} left out", us(*time)))).is_none()
     });
-}
-
-fn elements(case: &Case) -> Result<(), CaseError> {
-    let of_layer =
-        |layer: &Layer| f64::from(layer.plies) * layer.counts().into_iter().map(|n| n as f64).product::<f64>();
-    let count: f64 = case.layers().iter().map(of_layer).sum();
-    if count <= MAX_ELEMENTS {
-        return Ok(());
-    }
-    let expected = format!("at most {MAX_ELEMENTS:.2e} elements over all plies");
-    Err(CaseError::at("/pack", expected, format!("{count:.2e} elements")).help(SMALLER))
 }
 
 /// Critical step of the one-point orthotropic quad, min(Lx √(Ad/C1), Ly √(Ad/C2)) [s].
@@ -93,35 +96,15 @@ fn critical_step(layer: &Layer) -> f64 {
     step_x.min(step_y)
 }
 
-fn steps(case: &Case) -> Result<(), CaseError> {
-    let critical = case.layers().iter().map(critical_step).fold(f64::INFINITY, f64::min);
-    let step = case.solver.courant * critical;
-    let steps = (case.solver.end_time / step).ceil();
-    if steps <= MAX_STEPS {
-        return Ok(());
-    }
-    let longest = short_number_text(MAX_STEPS * step * 1e6);
-    let expected = format!("at most 1e9 time steps: up to {longest} µs with steps of {:.3e} µs", step * 1e6);
-    Err(CaseError::at("/solver/end_time_us", expected, format!("{steps:.3e} steps")))
-}
-
 /// Bytes that the run will hold, about.
 fn memory_needed(case: &Case) -> f64 {
     let contact = if case.pack.plies > 1 { CONTACT_BYTES } else { 0.0 };
-    let of_layer = |layer: &Layer| {
-        let [columns, rows] = layer.counts().map(|count| count as f64);
-        f64::from(layer.plies) * (columns * rows * ELEMENT_BYTES + (columns + 1.0) * (rows + 1.0) * contact)
+    let frames = match case.output.frames as usize {
+        0 => 0,
+        frames => of_frames(case, frames, FRAME_BYTES, 1) + case.waiting_frame_bytes(),
     };
     let rows = case.solver.end_time / case.output.history_interval + 2.0;
-    case.layers().iter().map(of_layer).sum::<f64>() + rows * ROW_BYTES + frames_bytes(case)
-}
-
-/// Bytes that writing frames takes: those being written, and those that wait for it.
-fn frames_bytes(case: &Case) -> f64 {
-    if case.output.frames == 0 {
-        return 0.0;
-    }
-    (of_frames(case, case.output.frames as usize, FRAME_BYTES, 1) + case.waiting_frame_bytes()) as f64
+    sum(case, |elements, nodes| elements * ELEMENT_BYTES + nodes * contact) + rows * ROW_BYTES + frames as f64
 }
 
 /// Bytes of frames with `of_element` bytes per element: of all of them if they are small, of `always` of them at least.
@@ -153,24 +136,65 @@ fn memory_available() -> Option<f64> {
 }
 
 fn memory(needed: f64, available: Option<f64>) -> Result<(), CaseError> {
-    match available {
-        Some(available) if needed > available => {
-            let expected = format!("a case that fits into the memory available, {}", bytes(available));
-            let found = format!("{} needed", bytes(needed));
-            Err(CaseError::at("/pack", expected, found)
-                .help(format!("{SMALLER}, raise history_interval_us, or write no frames")))
-        }
-        _ => Ok(()),
-    }
+    let Some(available) = available.filter(|available| needed > *available) else { return Ok(()) };
+    let expected = format!("a case that fits into the memory available, {}", bytes(available));
+    let error = CaseError::at("/pack", expected, format!("{} needed", bytes(needed)));
+    Err(error.help(format!("{SMALLER}, raise history_interval_us, or write no frames")))
 }
 
 fn bytes(count: f64) -> String {
-    let (size, unit) =
-        [(1e12, "TB"), (1e9, "GB"), (1e6, "MB")].into_iter().find(|(size, _)| count >= *size).unwrap_or((1e3, "kB"));
-    let number = count / size;
-    if number < 1e4 { format!("{number:.1} {unit}") } else { format!("{} {unit}", number_text(number.round())) }
+    let units = [(1e12, "TB"), (1e9, "GB"), (1e6, "MB")];
+    let (size, unit) = units.into_iter().find(|(size, _)| count >= *size).unwrap_or((1e3, "kB"));
+    format!("{:.1} {unit}", count / size)
 }
 
 #[cfg(test)]
-#[path = "limits_tests.rs"]
-mod tests;
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+    use super::*;
+
+    #[test]
+    fn the_mesh_is_the_nearest_whole_number_and_never_overflows() {
+        assert_eq!(mesh("/pack", [0.203, 0.001], [0.00127, 0.00127], 1.0).unwrap(), [160, 1]);
+        assert_eq!(mesh("/pack", [0.0305, 0.0294], [0.000635, 0.000635], 2.0).unwrap(), [48, 46]);
+        assert!(mesh("/pack", [f64::MAX, f64::MAX], [1e-300, 1e-300], 1.0).is_err());
+    }
+
+    /// Memory for a case of these plies and frames, its two rows of history aside, and its elements.
+    fn needed(pack: &str, frames: u32) -> (f64, f64) {
+        let text = format!(
+            r#"{{"title": "t", "fabric": {{"file": "fabrics/s-720.json"}}, "solver": {{"end_time_us": 100}},
+                "output": {{"history_interval_us": 100, "frames": {frames}}}, "pack": {{"width_mm": 14, "height_mm": 25.4, {pack}}}}}"#
+        );
+        let case = crate::case::from_str("t", &text, &[]).unwrap();
+        (memory_needed(&case) - 3.0 * ROW_BYTES, case.elements() as f64)
+    }
+
+    #[test]
+    fn memory_counts_every_ply_its_contact_and_its_frames() {
+        let (one, two) = (220.0 * ELEMENT_BYTES, 2.0 * (220.0 * ELEMENT_BYTES + 252.0 * CONTACT_BYTES));
+        // 14 mm are 9.4 crossovers of S-728 and 11.0 of S-720, 25.4 mm 17 and 20.
+        let own = 9.0 * 17.0 * ELEMENT_BYTES + 10.0 * 18.0 * CONTACT_BYTES;
+        for (pack, bytes) in [
+            (r#""plies": 1"#, one),
+            (r#""plies": 2"#, two),
+            (r#""layup": [{}, {"orientation_deg": 90}]"#, two),
+            (r#""layup": [{}, {"fabric": {"file": "fabrics/s-728.json"}}]"#, 0.5 * two + own),
+        ] {
+            assert_eq!(needed(pack, 0).0, bytes, "{pack}");
+        }
+        let frames = |pack: &str, frames: u32| (needed(pack, frames).0 - needed(pack, 0).0, needed(pack, 0).1);
+        let (few, elements) = frames(r#""plies": 1"#, 10);
+        assert_eq!(few, elements * 10.0 * (FRAME_BYTES + 2 * SNAPSHOT_BYTES) as f64);
+        // Of many frames of a large pack one is made and two wait.
+        let (many, elements) = frames(r#""plies": 16, "elements_per_crossover": 16"#, 10_000);
+        assert_eq!(many, elements * (FRAME_BYTES + 2 * SNAPSHOT_BYTES) as f64);
+    }
+
+    #[test]
+    fn refuses_more_memory_than_there_is_and_says_both_numbers() {
+        assert!(memory(1e9, Some(2e9)).is_ok() && memory(1e30, None).is_ok());
+        let error = memory(2.56e12, Some(1.2e9)).unwrap_err();
+        assert!(error.expected.contains("1.2 GB") && error.found.contains("2.6 TB"), "{error}");
+    }
+}
