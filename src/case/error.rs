@@ -162,15 +162,8 @@ pub(super) fn percent(text: &str) -> Option<f64> {
     (0.0..=100.0).contains(&number).then_some(number / 100.0)
 }
 
-/// Keys and words of earlier versions, and what they are called now.
-const RENAMED: [(&str, &str); 3] = [("growth", "growth_ratio"), ("coarsest", "max_crossovers"), ("rim", "edges")];
-
-/// The candidate that `word` was called before, or the nearest to it: fewest edits, and among those the longest common beginning.
+/// The candidate nearest to a word: fewest edits, and among those the longest common beginning.
 pub(super) fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let candidates: Vec<&str> = candidates.into_iter().collect();
-    if let Some((_, new)) = RENAMED.iter().find(|(old, new)| *old == word && candidates.contains(new)) {
-        return Some(new);
-    }
     // Beyond this length nothing resembles a key, and the table of edits would only cost time.
     let word: String = word.chars().take(100).collect();
     candidates.into_iter().min_by_key(|candidate| {
@@ -204,14 +197,6 @@ pub(super) fn unescape(part: &str) -> String {
     part.replace("~1", "/").replace("~0", "~")
 }
 
-/// Keys that are gone, or those of a key's words that are, and what to do instead.
-const REMOVED: [(&str, &str, &str); 4] = [
-    ("unit_cell", "", "leave \"unit_cell\" out: unit cells are solved in one way"),
-    ("law", "kawabata", "a case has no such law; `ripstop crossover --law kawabata` draws its curves"),
-    ("membrane_force", "projected", "leave \"membrane_force\" out: the force of a case is the yarn tension"),
-    ("modulus", "secant", "leave \"modulus\" out: the modulus of a case is the slope of the stress"),
-];
-
 /// Everything in a document that is not as its key says, in the order of the document.
 pub(super) fn check(document: &Value) -> Vec<CaseError> {
     let mut errors = Vec::new();
@@ -244,6 +229,16 @@ fn check_object(pointer: &str, node: &'static Value, object: &Value, errors: &mu
         let error = CaseError::at(format!("{pointer}/{}", key.name), expected(key.node), "nothing");
         let instead = key.text("or").strip_prefix('/').map(|or| format!(", or {}", quote(or))).unwrap_or_default();
         errors.push(error.help(format!("{}{instead} is required: {}", quote(key.name), key.text("description"))));
+    }
+    for key in keys.iter().filter(|key| key.has("at_most")) {
+        let (limit, unit) = (key.text("at_most"), format!(" {}", key.unit()));
+        let [low, most] = [key.name, limit].map(|name| value_of(name, &keys, object).unwrap_or_default());
+        if let (Ok(number), Ok(largest)) = (low.parse::<f64>(), most.parse::<f64>())
+            && number > largest
+        {
+            let [expected, found] = [format!("at most {limit}, which is {most}{unit}"), format!("{low}{unit}")];
+            errors.push(CaseError::at(format!("{pointer}/{}", key.name), expected.trim_end(), found.trim_end()));
+        }
     }
     for members in keys.chunk_by(|one, other| one.text("group") == other.text("group")) {
         let group = members[0].text("group");
@@ -287,8 +282,7 @@ fn mismatch(key: &Key, value: &Value, place: &str) -> CaseError {
     let first = key.node["anyOf"].get(0).unwrap_or(key.node);
     let help = match key.node["type"].as_str() {
         _ if first.get("enum").is_some() && !text.is_empty() => {
-            let near = || nearest(text, strings(&first["enum"])).map(|near| format!("did you mean {}?", quote(near)));
-            removed(key.name, text).map(str::to_owned).or_else(near)
+            nearest(text, strings(&first["enum"])).map(|near| format!("did you mean {}?", quote(near)))
         }
         Some("number" | "integer") if text.parse::<f64>().is_ok_and(f64::is_finite) => {
             Some("write the number without quotes".to_owned())
@@ -302,11 +296,6 @@ fn mismatch(key: &Key, value: &Value, place: &str) -> CaseError {
     CaseError { help, ..CaseError::at(place, expected(key.node), describe(value)) }
 }
 
-/// Help for a key, or a word of it, that is gone.
-fn removed(key: &str, word: &str) -> Option<&'static str> {
-    REMOVED.iter().find(|gone| (gone.0, gone.1) == (key, word)).map(|(.., instead)| *instead)
-}
-
 /// The error of a key that does not belong beside what the others say, or lacks the one that belongs with it.
 fn misplaced(place: &str, key: &Key, value: &Value, keys: &[Key], object: &Value) -> Option<CaseError> {
     let (name, with) = (quote(key.name), key.text("with"));
@@ -316,8 +305,10 @@ fn misplaced(place: &str, key: &Key, value: &Value, keys: &[Key], object: &Value
         let help = format!("it belongs where {} is {}", quote(other), list(values));
         return Some(CaseError::at(place, expected, describe(value)).help(help));
     }
-    let together = format!("{name} and {} together, or none of them", quote(with));
-    (!with.is_empty() && object.get(with).is_none()).then(|| CaseError::at(place, together, format!("only {name}")))
+    let together = || {
+        CaseError::at(place, format!("{name} and {} together, or none of them", quote(with)), format!("only {name}"))
+    };
+    (!with.is_empty() && object.get(with).is_none()).then(together)
 }
 
 /// The error of an unknown key. The nearest one comes first; the others are many, and the schema has them.
@@ -328,8 +319,7 @@ fn unknown(pointer: &str, keys: &[Key], name: &str) -> CaseError {
     let without_unit = near.strip_prefix(name).is_some_and(|unit| unit.starts_with('_'));
     let elsewhere = pointers().into_iter().find(|pointer| pointer.rsplit('/').next() == Some(name) && !without_unit);
     let belongs = || elsewhere.map(|pointer| format!("{} belongs at {pointer}", quote(name)));
-    let help = removed(name, "").map(str::to_owned).or_else(belongs);
-    let help = help.unwrap_or_else(|| format!("did you mean {}? `ripstop schema` lists every key", quote(near)));
+    let help = belongs().unwrap_or_else(|| format!("did you mean {}? `ripstop schema` lists every key", quote(near)));
     let expected = format!("{} or another of the {} keys of {object}", quote(near), keys.len());
     CaseError::at(format!("{pointer}/{}", escape(name)), expected, format!("unknown key {}", quote(name))).help(help)
 }

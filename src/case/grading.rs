@@ -34,7 +34,6 @@ pub struct Grading {
 
 choices! {
     /// Origin of the lines of nodes of a graded mesh.
-    #[non_exhaustive]
     pub enum LinesFrom {
         /// Two lines cross where the projectile hits, so that the mesh around a hit does not depend on its place in the weave.
         Hit = "hit",

@@ -29,7 +29,6 @@ pub struct Field {
 
 choices! {
     /// Where a field's value came from.
-    #[non_exhaustive]
     pub enum Origin {
         /// From the case file or `--set`.
         Read = "read",

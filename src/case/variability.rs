@@ -103,7 +103,6 @@ struct AngleKeys {
 
 choices! {
     /// A distribution about a nominal value.
-    #[non_exhaustive]
     pub enum Distribution {
         /// Normal.
         Normal = "normal",
@@ -111,7 +110,6 @@ choices! {
         Uniform = "uniform",
     }
     /// Where the projectile of a shot hits.
-    #[non_exhaustive]
     pub enum HitPlace {
         /// The point of aim.
         Aimed = "aimed",
