@@ -182,7 +182,6 @@ pub(super) fn player(case: &Case, animation: &Animation) -> Markup {
                         } }
                     }
                     label { input type="checkbox" id="cut"; " cut open" }
-                    button type="button" id="save" { "Save picture" }
                 }
                 p class="scale" { span id="low" { "0 N" } i {} span id="high" data-tension=(peak) { (peak) } }
                 p class="note" {
