@@ -142,7 +142,6 @@ fn cost(run: &Run, wall_seconds: f64) -> Value {
         "skipped": {
             "symmetry": element_steps - part,
             "mirror_planes": run.planes.names(),
-            // A checkpoint that was changed by hand may tell of more than there are.
             "wavefront": part.saturating_sub(run.element_steps_computed),
             "switched_off": run.skips.switched_off(),
         },
