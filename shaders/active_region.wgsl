@@ -1,6 +1,6 @@
 // active_region: which nodes and elements of a ply may have moved; everything else is at rest, to the last bit.
 // Needs `status`.
-// Twin: src/solver/active_region.rs
+// Twin: src/solver/state.rs
 
 /// Rows first and end, columns first and end, of the nodes of a ply that may have moved.
 fn reach_of(ply: u32) -> vec4<u32> {

@@ -1,5 +1,5 @@
 // element_geometry: what of the element kernel's constants depends on the size of an element.
-// Twin: src/physics/element_geometry.rs
+// Twin: src/physics/kinematics.rs
 
 /// The constants of an element's own size; otherwise as in `Scene`.
 struct ElementGeometry {

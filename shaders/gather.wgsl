@@ -1,5 +1,5 @@
 // gather: internal force on a node from its up to four elements, in fixed order.
-// Twin: src/solver/gather.rs
+// Twin: src/solver/node_update.rs
 
 fn element_forces(field: u32, element: u32) -> vec3<f32> {
     let e = scene.elements;

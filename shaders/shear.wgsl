@@ -1,5 +1,5 @@
 // shear: trellis shear with locking, (25).
-// Twin: src/physics/shear.rs
+// Twin: src/physics/membrane.rs
 
 /// asin(x)/x as a polynomial in x² on |x| ≤ ½, highest power first.
 const ARC_SINE_SINGLE = array<f32, 7>(

@@ -70,7 +70,7 @@
 //! - `physics` and the kernels of `solver` are generic over `num::scalar::Real`. A shader has the name of its twin; tests hold both
 //!   together.
 //! - `solver` is the only place that knows the order of the kernels on the CPU, `gpu` on a graphics processor.
-//!   State lies in rows (ply, row, column), each ply in its own axes; `solver::active_region` is what may have moved.
+//!   State lies in rows (ply, row, column), each ply in its own axes; `solver::state::ActiveRegion` is what may have moved.
 //! - [`run::run`] is the host loop. A [`run::Observer`] gets progress and [`run::frame`]s.
 //!   `run::outcome` decides what became of the projectile.
 //! - [`output::checks`] says what makes a result less certain than it looks.
@@ -80,7 +80,7 @@
 //! - Physics and kernels never touch files, threads or devices; the model never sees a backend; only `gpu` knows wgpu.
 //! - The step loop allocates no fields: only records (failures, contacts, history rows) and lists of the work that threads share.
 //! - Sums run in fixed order: same case, same bits, whatever the number of threads.
-//! - Of a scene that is its own mirror image a part is computed (`physics::mirror_planes`); the run makes results whole again.
+//! - Of a scene that is its own mirror image a part is computed (`physics::rigid_body::MirrorPlanes`); the run makes results whole again.
 //! - What nothing has reached is exactly at rest, to the last bit, and is left out.
 //! - A number that is not finite, or energy that was never put in, stops the run with step, kernel and place.
 

@@ -4,7 +4,19 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-mod cli;
+/// The command line: arguments, text for people, exit codes. All physics is in the library.
+mod cli {
+    pub(crate) mod arguments;
+    pub(crate) mod backend;
+    pub(crate) mod bench;
+    pub(crate) mod check;
+    pub(crate) mod failure;
+    pub(crate) mod new;
+    pub(crate) mod result;
+    pub(crate) mod run;
+    pub(crate) mod studies;
+    pub(crate) mod terminal;
+}
 
 use cli::arguments::{Arguments, Command};
 use cli::failure::CommandFailure;
@@ -16,19 +28,19 @@ fn main() -> ExitCode {
     }
     let done = match arguments.command {
         Command::Run(arguments) => cli::run::run(&arguments),
-        Command::Resume(arguments) => cli::resume::resume(&arguments),
+        Command::Resume(arguments) => cli::run::resume(&arguments),
         Command::New(arguments) => cli::new::new(&arguments),
         Command::Check(arguments) => cli::check::check(&arguments),
-        Command::Crossover(arguments) => cli::crossover::crossover(&arguments),
+        Command::Crossover(arguments) => cli::check::crossover(&arguments),
         Command::Bench(arguments) => cli::bench::bench(&arguments),
-        Command::Verify(arguments) => cli::verify::verify(&arguments),
+        Command::Verify(arguments) => cli::bench::verify(&arguments),
         Command::Fit(arguments) => cli::studies::fit(&arguments),
         Command::Shots(arguments) => cli::studies::shots(&arguments),
         Command::V50(arguments) => cli::studies::v50(&arguments),
         Command::Sweep(arguments) => cli::studies::sweep(&arguments),
         Command::Info(arguments) => cli::check::info(&arguments),
         Command::Schema(arguments) => cli::check::schema(&arguments),
-        Command::Explain(arguments) => cli::explain::explain(&arguments),
+        Command::Explain(arguments) => cli::check::explain(&arguments),
         Command::Completions(arguments) => cli::check::completions(&arguments),
     };
     done.map_or_else(CommandFailure::report, |()| ExitCode::SUCCESS)

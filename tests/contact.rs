@@ -5,6 +5,9 @@
 //! Red when: a sign of an impulse is wrong, the target of the common velocity misses the gap, friction exceeds μN, impulses on the
 //! body differ from those on the nodes.
 
+mod plies;
+mod projectile;
+
 use nalgebra::Vector3;
 use ripstop::output;
 use ripstop::output::checks::{Level, checks};

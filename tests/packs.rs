@@ -156,7 +156,7 @@ fn nothing_tunnels_at_a_thousand_metres_a_second() {
     let simulation = until(&flying([0.0, 0.0, 1000.0], 0.2, r#""plies": 3"#), 10e-6);
     let (model, state) = (&simulation.model, &simulation.state);
     for ply in 0..3 {
-        let z = |ply: usize, row, column| node_position(model, state, ply, row, column).z;
+        let z = |ply: usize, row, column| node_position(model, state, [ply, row, column]).z;
         for (row, column) in (0..=model.grid.rows).flat_map(|r| (0..=model.grid.columns).map(move |c| (r, c))) {
             let apart = z(ply + 1, row, column) - z(ply, row, column);
             assert!(apart > 0.0, "plies {ply} and {}: {apart}", ply + 1);
@@ -303,8 +303,8 @@ fn inside(simulation: &Simulation<f64>) -> [usize; 2] {
             if over & layup::PENETRATING == 0 || !whole(other, cell) || !around {
                 continue;
             }
-            let corner = corners(cell).map(|(r, c)| node_position(model, state, other, r, c));
-            let at = node_position(model, state, ply, row, column);
+            let corner = corners(cell).map(|(r, c)| node_position(model, state, [other, r, c]));
+            let at = node_position(model, state, [ply, row, column]);
             let area = theirs.length[0] * theirs.length[1];
             if let Some(foot) = ply_contact::closest_point(&corner, &at, area, ply_contact::NO_PLANES) {
                 count[0] += 1;

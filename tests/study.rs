@@ -8,7 +8,7 @@ mod coverage;
 mod estimation;
 mod variability;
 
-use ripstop::study::outcomes::{Outcomes, Shot};
+use ripstop::study::binary_response::{Outcomes, Shot};
 
 /// Wu & Tian 2014, Table 1: range 0 to 22, σ guessed as 3.
 const WU_TIAN: &str =

@@ -11,7 +11,7 @@ use std::sync::atomic::AtomicBool;
 use ripstop::case::Case;
 use ripstop::model::Model;
 use ripstop::output::{self, csv};
-use ripstop::physics::mirror_planes::MirrorPlanes;
+use ripstop::physics::rigid_body::MirrorPlanes;
 use ripstop::run::{self, Options, Precision, Run, Skips};
 use serde_json::json;
 

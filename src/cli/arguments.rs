@@ -1,19 +1,29 @@
-//! The command line: its commands, and arguments that several of them have.
+//! The command line: its commands, arguments that several of them have, values of options, and cases from files and standard input.
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
+use ripstop::case::{self, Case, CaseError};
+use ripstop::num::link::Link;
 use ripstop::run::Precision;
 
-use super::bench::BenchArguments;
-use super::campaign_arguments::{FitArguments, ShotsArguments, SweepArguments, V50Arguments};
-use super::check::{CheckArguments, CompletionsArguments, InfoArguments, SchemaArguments};
-use super::crossover::CrossoverArguments;
-use super::explain::ExplainArguments;
-use super::input::{PRECISIONS, one_of};
+use super::bench::{BenchArguments, VerifyArguments};
+use super::check::{
+    CheckArguments, CompletionsArguments, CrossoverArguments, ExplainArguments, InfoArguments, SchemaArguments,
+};
+use super::failure::CommandFailure;
 use super::new::NewArguments;
-use super::resume::ResumeArguments;
-use super::run::RunArguments;
+use super::run::{ResumeArguments, RunArguments};
 
-use super::verify::VerifyArguments;
+/// Size of a case or fabric at most [bytes].
+const MAX_BYTES: u64 = 1 << 20;
+/// Largest stretch that is solved.
+const MAX_STRETCH: f64 = 2.0;
+/// Values in a range at most.
+const MAX_COUNT: usize = 10_000;
 
 /// The whole command line.
 #[derive(Debug, Parser)]
@@ -68,18 +78,18 @@ pub(crate) enum Command {
     Completions(CompletionsArguments),
 }
 
-/// Backend and number type.
-#[derive(Args, Debug)]
+/// Backend and threads.
+#[derive(Args, Clone, Debug, Default)]
 pub(crate) struct BackendArguments {
-    /// Backend that computes
-    #[arg(long, value_enum, default_value = "auto")]
-    pub(crate) backend: BackendChoice,
+    /// Backend that computes [default: auto; of shots, v50 and sweep: cpu]
+    #[arg(long, value_enum)]
+    pub(crate) backend: Option<BackendChoice>,
     /// Graphics adapter, by part of its name or its number in `ripstop info` [default: the best]
     #[arg(long, value_name = "NAME|INDEX")]
     pub(crate) adapter: Option<String>,
-    /// Number type of the state [default: f64 on the CPU, f32 on a GPU, which has no other]
-    #[arg(long, value_parser = one_of(PRECISIONS))]
-    pub(crate) precision: Option<Precision>,
+    /// Worker threads [default: all cores]; results do not depend on it
+    #[arg(long, value_name = "N", value_parser = threads)]
+    pub(crate) threads: Option<usize>,
 }
 
 /// Choice of backend.
@@ -91,4 +101,280 @@ pub(crate) enum BackendChoice {
     Cpu,
     /// A graphics processor, software that acts as one included
     Gpu,
+}
+
+/// Form of what is printed.
+#[derive(Args, Clone, Debug, Default)]
+pub(crate) struct PrintArguments {
+    /// Print nothing but errors
+    #[arg(long, short)]
+    pub(crate) quiet: bool,
+    /// Print JSON instead of text
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Arguments that all commands for many shots have.
+#[derive(Args, Debug)]
+pub(crate) struct BatchArguments {
+    /// Case file; - is standard input
+    #[arg(value_name = "CASE.json")]
+    pub(crate) case: PathBuf,
+    /// Change of the case, checked like the file; may be given again
+    #[arg(long = "set", value_name = "/POINTER=VALUE")]
+    pub(crate) sets: Vec<String>,
+    /// Number that all draws come from [default: /variability/seed of the case]
+    #[arg(long, value_name = "N")]
+    pub(crate) seed: Option<u32>,
+    #[command(flatten)]
+    pub(crate) backend: BackendArguments,
+    /// Number type [default: f64; f32 on a GPU, which has no other]
+    #[arg(long, value_enum)]
+    pub(crate) precision: Option<Precision>,
+    /// Two-sided confidence of the intervals, such as 0.9 or 95%
+    #[arg(long, value_name = "LEVEL", value_parser = level, default_value = "0.9", allow_hyphen_values = true)]
+    pub(crate) level: f64,
+    /// Folder for the results [default: out/<case name>-<command>]
+    #[arg(long, short, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Go on with what lies in the folder; the results are the same, byte for byte
+    #[arg(long)]
+    pub(crate) resume: bool,
+    #[command(flatten)]
+    pub(crate) print: PrintArguments,
+}
+
+/// `ripstop shots`
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  ripstop shots cases/s720-1ply-155.json --count 40 --velocity 150..220
+  ripstop shots shot.json --count 1000 --velocity 150..250 -o out/limit --resume     # after Ctrl-C, kill or a full disk
+  ripstop shots shot.json --velocity 150..250 -o out/limit --only 17                 # shot 17 alone, with its report
+
+What varies from shot to shot stands in /variability of the case; without it only the velocity does. A shot is a function of \
+case, seed and number: it does not depend on the others.
+
+DIR gets shots.csv (a row for each shot, appended as shots end; `ripstop fit` reads it), shots.json (the fit), shots.html and \
+plan.json.")]
+pub(crate) struct ShotsArguments {
+    /// Shots
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000), required_unless_present = "only")]
+    pub(crate) count: Option<u32>,
+    /// Velocities spread evenly over a range [m/s] [default: that of the case]
+    #[arg(long, value_name = "A..B", value_parser = velocities)]
+    pub(crate) velocity: Option<[f64; 2]>,
+    /// Run this shot alone, with everything that `ripstop run` writes, in DIR/shot-N
+    #[arg(long, value_name = "N")]
+    pub(crate) only: Option<u32>,
+    #[command(flatten)]
+    pub(crate) batch: BatchArguments,
+}
+
+/// Number of realisations, and width of their brackets.
+#[derive(Args, Debug)]
+pub(crate) struct ThresholdArguments {
+    /// Realisations of a V50 at most [default: 64]; of a sweep of shots, shots at each point [default: 1]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub(crate) count: Option<u32>,
+    /// Width of the bracket of a threshold
+    #[arg(long, value_name = "PERCENT", value_parser = percent, default_value = "0.5%", allow_hyphen_values = true)]
+    pub(crate) bracket: f64,
+    /// Stop once half the interval of V50 is at most this part of V50 [default: 2% without --count]
+    #[arg(long, value_name = "PERCENT", value_parser = percent, allow_hyphen_values = true)]
+    pub(crate) until_width: Option<f64>,
+}
+
+/// `ripstop v50`
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  ripstop v50 cases/s720-1ply-scatter.json --until-width 3% -o out/limit
+  ripstop v50 shot.json --json | jq .v50_m_s
+
+Every realisation of the case (same fabric, same hit) is shot at other velocities until its own threshold is known. What varies \
+stands in /variability; in a case without it there is one threshold. The interval holds sampling, mesh and time step, and says \
+what part each has.
+
+DIR gets v50.json, v50.csv (a row for each shot), v50-refined.csv (those on the converged mesh), v50.html and plan.json.")]
+pub(crate) struct V50Arguments {
+    #[command(flatten)]
+    pub(crate) thresholds: ThresholdArguments,
+    /// Realisations whose threshold is also found on the converged mesh, which corrects V50; 0 leaves V50 to the case's own mesh
+    /// [default: 1 where nothing varies, 4 otherwise]
+    #[arg(long, value_name = "N")]
+    pub(crate) refined: Option<u32>,
+    #[command(flatten)]
+    pub(crate) batch: BatchArguments,
+}
+
+/// `ripstop sweep`
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  ripstop sweep shot.json --over /pack/plies=1,2,4,8 --over /projectile/velocity_m_s=100..300:20
+  ripstop sweep shot.json --over /pack/plies=1,2,4,8 --run v50 -o out/limits
+
+Values are a list or a range with a step (A..B:STEP). Every case is read and checked before the first is computed.
+
+DIR gets sweep.csv (a row for each point), sweep.html (lines over the first key), sweep.json, plan.json, and in points/ what \
+`ripstop shots` or `ripstop v50` writes.")]
+pub(crate) struct SweepArguments {
+    /// A key and its values; may be given again
+    #[arg(long, value_name = "/POINTER=VALUES", required = true)]
+    pub(crate) over: Vec<String>,
+    /// Study of each point
+    #[arg(long, value_enum, default_value = "shots")]
+    pub(crate) run: SweepKind,
+    #[command(flatten)]
+    pub(crate) thresholds: ThresholdArguments,
+    #[command(flatten)]
+    pub(crate) batch: BatchArguments,
+}
+
+/// Study of each point of a sweep.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum SweepKind {
+    /// Shots of the case
+    Shots,
+    /// V50 of the case
+    V50,
+}
+
+/// `ripstop fit`
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  ripstop fit shots.csv --link logit --level 95% -o out/limit
+  ripstop fit shots.csv --json | jq '.quantiles[] | select(.p == 0.5)'
+
+DATA.csv has a heading and the columns velocity_m_s and perforated (1 where the projectile passed, 0 where it was \
+stopped), and if wanted count (shots that were alike) and residual_velocity_m_s. Other columns are left alone.
+
+Without a stop that was faster than a perforation the likelihood has no maximum: the estimate is then the one with Firth's \
+penalty, and says so. DIR gets fit.json, fit.svg and fit.html.")]
+pub(crate) struct FitArguments {
+    /// CSV of shots
+    #[arg(value_name = "DATA.csv")]
+    pub(crate) data: PathBuf,
+    /// Distribution of the thresholds
+    #[arg(long, value_enum, default_value = "probit")]
+    pub(crate) link: Link,
+    /// Two-sided confidence of the intervals, such as 0.9 or 95%
+    #[arg(long, value_name = "LEVEL", value_parser = level, default_value = "0.9", allow_hyphen_values = true)]
+    pub(crate) level: f64,
+    /// Folder for fit.json, fit.svg and fit.html [default: none is written]
+    #[arg(long, short, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) print: PrintArguments,
+}
+
+/// Source of a case that is read with different changes.
+pub(crate) enum Source<'a> {
+    /// A file.
+    File(&'a Path),
+    /// Text from standard input, which can be read once alone.
+    Piped(String),
+}
+
+impl<'a> Source<'a> {
+    /// The source that the command line names; `-` is standard input.
+    pub(crate) fn open(path: &'a Path) -> Result<Self, CommandFailure> {
+        if path != Path::new("-") {
+            return Ok(Self::File(path));
+        }
+        let text = limited(io::stdin());
+        text.map(Self::Piped).map_err(|error| CommandFailure::expected("standard input", "a case", error))
+    }
+
+    /// The case with changes, named after them; of one from standard input, files of fabrics lie in the current folder.
+    pub(crate) fn case(&self, sets: &[String]) -> Result<Case, CaseError> {
+        let mut case = match self {
+            Self::File(path) => case::read(path, sets),
+            Self::Piped(text) => case::from_text("stdin", text, Path::new("."), sets),
+        }?;
+        case.name_changes(sets);
+        Ok(case)
+    }
+}
+
+/// Text of a file.
+pub(crate) fn text(path: &str) -> io::Result<String> {
+    limited(File::open(path)?)
+}
+
+/// Text of a reader that may have no end.
+fn limited(reader: impl Read) -> io::Result<String> {
+    let mut text = String::new();
+    reader.take(MAX_BYTES + 1).read_to_string(&mut text)?;
+    if text.len() as u64 > MAX_BYTES { Err(io::Error::other("more than 1 MiB")) } else { Ok(text) }
+}
+
+/// A number that fits.
+fn number(text: &str, expected: &str, fits: impl Fn(f64) -> bool) -> Result<f64, String> {
+    let number = text.trim().parse().ok().filter(|number| fits(*number));
+    number.ok_or_else(|| format!("expected {expected}, found {text:?}"))
+}
+
+fn threads(text: &str) -> Result<usize, String> {
+    let fits = |count: f64| count.fract() == 0.0 && (1.0..=1024.0).contains(&count);
+    number(text, "a number of threads from 1 to 1024", fits).map(|count| count as usize)
+}
+
+/// A number above 0, or a percentage with its sign, as a fraction up to `most`.
+fn fraction(text: &str, expected: &str, most: f64) -> Result<f64, String> {
+    let (digits, scale) = text.trim().strip_suffix('%').map_or((text, 1.0), |digits| (digits, 100.0));
+    number(digits, expected, |number| number > 0.0 && number / scale <= most).map(|number| number / scale)
+}
+
+/// A two-sided confidence.
+fn level(text: &str) -> Result<f64, String> {
+    fraction(text, "a confidence above 0 and at most 0.9999, such as 0.9 or 90%", 0.9999)
+}
+
+/// An error that is good enough.
+pub(crate) fn tolerance(text: &str) -> Result<f64, String> {
+    fraction(text, "an error above 0 and at most 100%, such as 1% or 0.01", 1.0)
+}
+
+/// A difference above 0 in percent, as a fraction.
+fn percent(text: &str) -> Result<f64, String> {
+    let expected = "a difference above 0 in percent, such as 2 or 0.5%";
+    let fits = |percent: f64| percent > 0.0 && percent.is_finite();
+    number(text.trim().trim_end_matches('%'), expected, fits).map(|percent| percent / 100.0)
+}
+
+/// A time above 0 [µs], in s.
+pub(crate) fn interval(text: &str) -> Result<f64, String> {
+    number(text, "a time above 0 in µs", |time| time > 0.0 && time.is_finite()).map(|time| time * 1e-6)
+}
+
+/// A range of velocities `A..B` [m/s].
+fn velocities(text: &str) -> Result<[f64; 2], String> {
+    let ends = text.split_once("..").map(|(low, high)| [low, high].map(|end| end.trim().parse().unwrap_or(f64::NAN)));
+    ends.filter(|[low, high]| *low > 0.0 && high > low && *high <= 5000.0)
+        .ok_or_else(|| format!("expected two velocities in m/s, the lower first, such as 150..250, found {text:?}"))
+}
+
+/// Stretches Λ: one, or `first:last:count` with both ends.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Stretches(pub(crate) Vec<f64>);
+
+impl FromStr for Stretches {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let stretch = |text: &str| {
+            let expected = format!("a stretch above 0 and at most {MAX_STRETCH}; unstretched is 1");
+            number(text, &expected, |stretch| stretch > 0.0 && stretch <= MAX_STRETCH)
+        };
+        match text.split(':').collect::<Vec<_>>()[..] {
+            [value] => Ok(Self(vec![stretch(value)?])),
+            [first, last, count] => {
+                let (first, last) = (stretch(first)?, stretch(last)?);
+                let fits = |count: f64| count.fract() == 0.0 && (2.0..=MAX_COUNT as f64).contains(&count);
+                let end = number(count, &format!("a count between 2 and {MAX_COUNT}"), fits)? as usize - 1;
+                let inner = (0..end).map(|n| first + (last - first) * n as f64 / end as f64);
+                Ok(Self(inner.chain([last]).collect()))
+            }
+            _ => Err("expected one stretch, or first:last:count like 1:1.05:26".to_owned()),
+        }
+    }
 }

@@ -1,9 +1,7 @@
 //! Choice between processor and graphics processor.
 
-use std::fmt::Display;
-
 use ripstop::gpu::{self, Adapter, Device, DeviceError};
-use ripstop::run::checkpoint;
+use ripstop::run::checkpoint::BackendId;
 use ripstop::run::{self, Precision};
 use tracing::info;
 
@@ -40,61 +38,66 @@ pub(crate) fn automatic(adapters: &[Adapter]) -> Result<&Adapter, &'static str> 
     }
 }
 
-/// Opens the backend that the arguments ask for.
-pub(crate) fn choose(arguments: &BackendArguments) -> Result<Chosen, CommandFailure> {
-    let chosen = open(arguments)?;
+/// Opens the backend that the arguments ask for, else `usual`.
+pub(crate) fn choose(
+    arguments: &BackendArguments,
+    usual: BackendChoice,
+    precision: Option<Precision>,
+) -> Result<Chosen, CommandFailure> {
+    let choice = arguments.backend.unwrap_or(usual);
+    let chosen = open(choice, arguments.adapter.as_deref(), precision)?;
     let backend = if chosen.device.is_some() { "gpu" } else { "cpu" };
     info!(backend, adapter = chosen.device.as_ref().map(Device::name), note = chosen.note, "backend chosen");
     Ok(chosen)
 }
 
-fn open(arguments: &BackendArguments) -> Result<Chosen, CommandFailure> {
-    let precision = arguments.precision.unwrap_or(Precision::F64);
-    let cpu = |note: Option<String>| Ok(Chosen { device: None, precision, note });
-    let cpu_because = |why: &dyn Display| cpu(Some(format!("note: --backend auto takes the CPU: {why}")));
-    let asked_f64 = arguments.precision == Some(Precision::F64);
-    match (arguments.backend, &arguments.adapter) {
+fn open(choice: BackendChoice, name: Option<&str>, asked: Option<Precision>) -> Result<Chosen, CommandFailure> {
+    let cpu = |note: Option<String>| Ok(Chosen { device: None, precision: asked.unwrap_or_default(), note });
+    let in_double = asked == Some(Precision::F64);
+    match (choice, name) {
         (BackendChoice::Cpu, Some(_)) => {
             Err(CommandFailure::expected("--adapter", "--backend gpu or auto", "--backend cpu"))
         }
         (BackendChoice::Cpu, None) => cpu(None),
-        (BackendChoice::Gpu, _) if asked_f64 => {
+        (BackendChoice::Gpu, _) if in_double => {
             let failure = CommandFailure::expected("--precision f64", "f32, the number type of the GPU backend", "f64");
             Err(failure.help("leave it out, or take --backend cpu"))
         }
-        (BackendChoice::Gpu, name) => Ok(Chosen::on(named(name.as_deref())?, None)),
-        (BackendChoice::Auto, _) if asked_f64 => cpu_because(&"f64 was asked for"),
+        (BackendChoice::Gpu, name) => Ok(Chosen::on(named(name)?, None)),
+        (BackendChoice::Auto, _) if in_double => cpu(Some(took_cpu("f64 was asked for"))),
         (BackendChoice::Auto, name) => {
             let adapters = gpu::adapters();
             // An adapter asked for by name is taken, whatever it is.
-            let by_name = name.as_deref().map(|name| gpu::device::choose(&adapters, Some(name)));
-            let by_name = by_name.transpose().map_err(|error| CommandFailure::device(&error))?;
+            let by_name = name.map(|name| gpu::device::choose(&adapters, Some(name))).transpose().map_err(refused)?;
             match by_name.as_ref().map_or_else(|| automatic(&adapters), Ok) {
-                Ok(adapter) => Device::open(adapter).map_or_else(
-                    |error| cpu(Some(took_cpu(&error))),
-                    |device| {
+                Err(why) => cpu(Some(took_cpu(why))),
+                Ok(adapter) => match Device::open(adapter) {
+                    Err(error) => cpu(Some(took_cpu(&error.to_string()))),
+                    Ok(device) => {
                         let note =
                             format!("note: --backend auto takes the GPU: {} ({})", adapter.name(), adapter.kind());
                         Ok(Chosen::on(device, Some(note)))
-                    },
-                ),
-                Err(why) => cpu_because(&why),
+                    }
+                },
             }
         }
     }
 }
 
+fn refused(error: DeviceError) -> CommandFailure {
+    CommandFailure::device(&error)
+}
+
 /// Opens the graphics processor of a name or number, or the best.
-pub(crate) fn named(wanted: Option<&str>) -> Result<Device, CommandFailure> {
-    let adapter = gpu::device::choose(&gpu::adapters(), wanted);
-    adapter.and_then(|adapter| Device::open(&adapter)).map_err(|error| CommandFailure::device(&error))
+fn named(wanted: Option<&str>) -> Result<Device, CommandFailure> {
+    gpu::device::choose(&gpu::adapters(), wanted).and_then(|adapter| Device::open(&adapter)).map_err(refused)
 }
 
 /// Opens the backend that a run began with.
-pub(crate) fn again(backend: &checkpoint::BackendId) -> Result<Chosen, CommandFailure> {
+pub(crate) fn again(backend: &BackendId) -> Result<Chosen, CommandFailure> {
     match backend {
-        checkpoint::BackendId::Cpu(precision) => Ok(Chosen { device: None, precision: *precision, note: None }),
-        checkpoint::BackendId::Gpu(name) => {
+        BackendId::Cpu(precision) => Ok(Chosen { device: None, precision: *precision, note: None }),
+        BackendId::Gpu(name) => {
             // The one of this very name, not just the first that has it as a part.
             let index = gpu::adapters().iter().position(|adapter| adapter.name() == name).map(|at| at.to_string());
             Ok(Chosen::on(named(Some(index.as_ref().unwrap_or(name)))?, None))
@@ -102,7 +105,7 @@ pub(crate) fn again(backend: &checkpoint::BackendId) -> Result<Chosen, CommandFa
     }
 }
 
-/// Note that `auto` takes the processor because of the device.
-pub(crate) fn took_cpu(error: &DeviceError) -> String {
-    format!("note: --backend auto takes the CPU: {error}")
+/// Note that `auto` takes the processor.
+pub(crate) fn took_cpu(why: &str) -> String {
+    format!("note: --backend auto takes the CPU: {why}")
 }

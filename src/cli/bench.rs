@@ -1,28 +1,46 @@
-//! `ripstop bench`: run time against error.
+//! `ripstop bench`, run time against error, and `ripstop verify`, the shipped cases on this machine: closed forms, hard scenes, a run of an
+//! independent prototype.
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use clap::{Args, builder::RangedU64ValueParser};
-use ripstop::case;
+use clap::Args;
+use ripstop::case::{self, Case};
+use ripstop::num::simd::Vectors;
+use ripstop::output::expect::{expected, got, quantity};
 use ripstop::output::number::{fixed, fraction, short};
 use ripstop::output::{self, Folder};
-use ripstop::run::Progress;
-use ripstop::run::outcome::Outcome;
+use ripstop::run::{self, Precision, Progress};
 use ripstop::study::bench::{self, BenchError, BenchPlan, BenchResult, BenchRow};
+use serde_json::{Value, json};
 
-use super::arguments::{BackendArguments, BackendChoice};
-use super::backend;
+use super::arguments::{BackendArguments, BackendChoice, PrintArguments, tolerance};
+use super::backend::{self, Chosen};
 use super::failure::CommandFailure;
-use super::input::tolerance;
-use super::terminal::{self, Align, Bar, TextTable};
+use super::terminal::{self, Align, TextTable};
 
-/// Name of the file written.
+/// Name of the file that `bench` writes.
 const FILE: &str = "bench.json";
 /// The case that is built in: name and text.
 const PAPER: (&str, &str) = ("s720-1ply-155", include_str!("../../cases/s720-1ply-155.json"));
 /// Changes of every case: parts that take time or are checked but say nothing here, and would refuse a shorter run.
 const LEFT_OUT: [&str; 2] = ["/expect=[]", "/output/profile_times_us=[]"];
+
+macro_rules! cases {
+    ($($name:literal)*) => { [$(($name, include_str!(concat!("../../cases/", $name, ".json")))),*] };
+}
+
+/// Name and text of every case that `verify` runs.
+const CASES: [(&str, &str); 27] = cases! {
+    "verify/smith-yarn-155" "verify/strip-uncrimped-155" "verify/strip-crimped-155" "verify/strip-compressible-155"
+    "verify/strip-compressible-250" "verify/strip-pulled-weft-free" "verify/strip-pulled-weft-held"
+    "verify/membrane-frequency" "verify/cone-on-membrane" "verify/mass-on-strip" "verify/first-drop" "verify/free-flight"
+    "verify/free-impact" "verify/mirror" "verify/s720-prototype"
+    "stress/light-projectile" "stress/heavy-courant-0.99" "stress/oblique-tip" "stress/spinning-fragment" "stress/thick-pack"
+    "stress/pretension-free-edges" "stress/no-crimp" "stress/large-crimp" "stress/rigid-crossovers" "stress/one-yarn-absent"
+    "stress/one-element" "stress/everything-erodes"
+};
 
 /// `ripstop bench`
 #[derive(Args, Debug)]
@@ -33,7 +51,7 @@ reference, over the velocity the projectile loses.
 
 Examples:
   ripstop bench
-  ripstop bench shot.json --tolerance 0.5% --repeat 3 --json | jq '.cases[].cheapest_within_tolerance'
+  ripstop bench shot.json --tolerance 0.5% --json | jq '.cases[].cheapest_within_tolerance'
 
 DIR gets bench.json."
 )]
@@ -41,33 +59,37 @@ pub(crate) struct BenchArguments {
     /// Case files [default: the paper's shot, cases/s720-1ply-155.json, built in]
     #[arg(value_name = "CASE.json")]
     cases: Vec<PathBuf>,
-    /// Largest error of the velocity history, and of what is left or the stop time, that is good enough: 1% or 0.01
+    /// Largest error of the velocity history that is good enough: 1% or 0.01
     #[arg(long, value_name = "ERROR", value_parser = tolerance, default_value = "1%", allow_hyphen_values = true)]
     tolerance: f64,
     /// Change of every case, checked like the file; may be given again
     #[arg(long = "set", value_name = "/POINTER=VALUE")]
     sets: Vec<String>,
-    /// Whether the GPU is among the choices: auto takes real ones only
-    #[arg(long, value_enum, default_value = "auto")]
-    backend: BackendChoice,
-    /// Graphics adapter, by part of its name or its number in `ripstop info` [default: the best]
-    #[arg(long, value_name = "NAME|INDEX")]
-    adapter: Option<String>,
-    /// Worker threads [default: all cores]
-    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
-    threads: Option<usize>,
-    /// Runs of every choice, of which the shortest counts
-    #[arg(long, value_name = "N", default_value = "1", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1000))]
-    repeat: usize,
+    #[command(flatten)]
+    backend: BackendArguments,
     /// Folder for the results
     #[arg(long, value_name = "DIR", default_value = "out/bench")]
     out: PathBuf,
-    /// Print nothing but errors
-    #[arg(long, short)]
-    quiet: bool,
-    /// Print bench.json instead of the tables
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    print: PrintArguments,
+}
+
+/// `ripstop verify`
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  ripstop verify
+  ripstop verify --backend gpu --json | jq '.rows[] | select(.pass | not)'
+
+The cases are those of cases/verify (closed forms, an independent prototype) and cases/stress (hard scenes), built in. \
+The exit code is 1 if an expectation fails.")]
+pub(crate) struct VerifyArguments {
+    #[command(flatten)]
+    backend: BackendArguments,
+    /// Number type of the state [default: f64 on the CPU, f32 on a GPU, which has no other]
+    #[arg(long, value_enum)]
+    precision: Option<Precision>,
+    #[command(flatten)]
+    print: PrintArguments,
 }
 
 /// Measures every case, writes `bench.json` and says which choice is the cheapest.
@@ -80,54 +102,68 @@ pub(crate) fn bench(arguments: &BenchArguments) -> Result<(), CommandFailure> {
         cases => cases.iter().map(|path| Some(path.as_path())).collect(),
     };
     let read = |path: Option<&Path>, changes: &[String]| {
-        let sets = LEFT_OUT.iter().map(ToString::to_string).chain([&arguments.sets, changes].concat());
-        let sets: Vec<String> = sets.collect();
+        let sets: Vec<String> =
+            LEFT_OUT.map(str::to_owned).into_iter().chain([&arguments.sets, changes].concat()).collect();
         path.map_or_else(|| case::from_str(PAPER.0, PAPER.1, &sets), |path| case::read(path, &sets))
     };
     for path in &paths {
         measurable(&read(*path, &[])?)?;
     }
-    let (backend, adapter) = (arguments.backend, arguments.adapter.clone());
-    let chosen = backend::choose(&BackendArguments { backend, adapter, precision: None })?;
-    chosen.note.iter().filter(|_| !arguments.quiet).for_each(|note| terminal::complain(note));
+    let chosen = choose(&arguments.backend, None, &arguments.print)?;
     let folder = Folder::prepare_for(&arguments.out, &[FILE], &paths.iter().flatten().copied().collect::<Vec<_>>())?;
-    let plan =
-        BenchPlan { threads: arguments.threads, device: chosen.device.as_ref(), repeat: arguments.repeat, tolerance };
+    let plan = BenchPlan { threads: arguments.backend.threads, device: chosen.device.as_ref(), tolerance };
     let mut measured: Vec<BenchResult> = Vec::new();
-    let mut failure = None;
+    terminal::begin_bar(&arguments.print);
     for path in paths {
-        let bar = Bar::new(!arguments.quiet);
-        let mut show = |name: &str, at: &Progress| bar.show_named(name, at);
-        let one = bench::measure(&|changes| read(path, changes), plan, &interrupted, &mut show);
-        bar.clear();
-        match one {
-            Ok(one) => measured.push(one),
-            Err(BenchError::Case(error)) => failure = Some(error.into()),
-            Err(BenchError::Run(error)) => {
-                let name = path.map_or(PAPER.0.to_owned(), |path| path.display().to_string());
-                failure = Some(CommandFailure::start(&name, &error));
+        let one = bench::measure(&|changes| read(path, changes), plan, &interrupted, &mut terminal::show_run);
+        measured.push(one.map_err(|error| match error {
+            BenchError::Case(error) => error.into(),
+            BenchError::Run(error) => {
+                CommandFailure::start(&path.map_or(PAPER.0.to_owned(), |path| path.display().to_string()), &error)
             }
-        }
-        if failure.is_some() || measured.iter().any(|one| one.interrupted) {
+        })?);
+        if interrupted.load(Ordering::Relaxed) {
             break;
         }
     }
-    // Cases measured before are worth keeping.
-    if let Some(failure) = failure.take_if(|_| measured.is_empty()) {
-        folder.abandon();
-        return Err(failure);
+    terminal::end_bar();
+    let report = json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "threads": arguments.backend.threads,
+        "vectors": Vectors::widest().name(),
+        "adapter": chosen.device.as_ref().map(|device| device.name()),
+        "tolerance_percent": tolerance * 100.0,
+        "wall_s": start.elapsed().as_secs_f64(),
+        "interrupted": interrupted.load(Ordering::Relaxed),
+        "cases": measured,
+    });
+    folder.put(&[(FILE, format!("{report:#}\n"))], &[FILE])?;
+    let file = || format!("files  {}: {FILE}\n", folder.path().display());
+    let texts = || measured.iter().map(|one| text(one, tolerance)).collect::<String>() + &file();
+    terminal::show(&arguments.print, &report, texts)?;
+    if interrupted.load(Ordering::Relaxed) {
+        let words = format!("interrupted; what was measured until then: {}", folder.path().display());
+        return Err(CommandFailure::interrupted(words));
     }
-    let report = bench::json(&measured, plan, start.elapsed().as_secs_f64());
-    let written = folder.put(&[(FILE, format!("{report:#}\n"))], &[FILE]);
-    let file = if written.is_ok() { format!("files  {}: {FILE}\n", folder.path().display()) } else { String::new() };
-    let text = || measured.iter().map(|one| text(one, tolerance)).collect::<String>() + &file;
-    terminal::show(arguments.json, arguments.quiet, || report.clone(), text)?;
-    written?;
-    failure.map_or_else(|| verdict(&measured, folder.path()), Err)
+    let failed = measured.iter().find_map(|one| Some((&one.case, one.reference.failed.as_ref()?)));
+    failed.map_or(Ok(()), |(case, why)| {
+        Err(CommandFailure::check(format!("error: {case}: the reference did not end\n  found: {why}")))
+    })
+}
+
+/// Opens the backend that the arguments ask for, and says what `auto` took.
+fn choose(
+    arguments: &BackendArguments,
+    precision: Option<Precision>,
+    print: &PrintArguments,
+) -> Result<Chosen, CommandFailure> {
+    let chosen = backend::choose(arguments, BackendChoice::Auto, precision)?;
+    chosen.note.iter().filter(|_| !print.quiet).for_each(|note| terminal::complain(note));
+    Ok(chosen)
 }
 
 /// Refuses a case whose velocity history says nothing.
-fn measurable(case: &case::Case) -> Result<(), CommandFailure> {
+fn measurable(case: &Case) -> Result<(), CommandFailure> {
     if output::flies_freely(case) {
         return Ok(());
     }
@@ -138,98 +174,103 @@ fn measurable(case: &case::Case) -> Result<(), CommandFailure> {
 }
 
 fn percent(error: Option<f64>) -> String {
-    error.map_or_else(|| "-".to_owned(), |error| format!("{} %", short(error * 100.0, 3)))
-}
-
-fn seconds(time: f64) -> String {
-    format!("{} s", short(time, 3))
-}
-
-/// A number with its sign, zero without.
-fn signed(value: f64) -> String {
-    let sign = if value > 0.0 { "+" } else { "" };
-    format!("{sign}{}", short(value, 3))
+    error.map_or_else(|| "-".to_owned(), |error| format!("{} %", short(error, 3)))
 }
 
 /// Table of one case, scatter of its reference, configurations left out, and the choice to take.
 fn text(measured: &BenchResult, tolerance: f64) -> String {
-    let run = &measured.reference;
-    let end = if run.stop_time.is_some() { "stop time" } else { "velocity left" };
-    let columns = ["", "choice", "loop s", "M el.-steps/s", "velocity", end, "energy error", "outcome"];
-    let align = |name: &str| if ["", "choice", "outcome"].contains(&name) { Align::Left } else { Align::Right };
-    let mut table = TextTable::new(&columns.map(|name| (name, align(name))));
-    for row in &measured.rows {
-        table.row(cells(row));
-    }
-    let reached = match (run.outcome, run.stop_time) {
-        (Outcome::Stopped | Outcome::Rebounded, Some(time)) => format!("at {} µs", fixed(time * 1e6, 1)),
-        _ => format!("{} m/s left", short(output::residual_velocity(&measured.case, run).unwrap_or(0.0), 6)),
-    };
-    let mut out = format!(
-        "{}\n\nreference: {}\n  {}, {reached}, {} of loop\n\n{table}\n\
-         errors against the reference; !: another outcome\n",
-        measured.case.title,
-        bench::REFERENCE,
-        run.outcome.word(),
-        seconds(run.loop_seconds),
-    );
-    if let Some(scatter) = measured.scatter {
-        let meaning = match scatter > tolerance {
-            true => "more than asked for: below it the shot itself scatters, and errors rank nothing",
-            false => "errors below it rank nothing",
+    use Align::{Left, Right};
+    let mut table = TextTable::plain(&[Left, Right, Right, Right, Right, Left]);
+    table.row(["choice", "loop s", "M el.-steps/s", "velocity", "energy error", "outcome"]);
+    for row in &measured.choices {
+        let outcome = match &row.failed {
+            Some(why) => why.clone(),
+            None => format!("{}{}", row.outcome, if row.same_outcome { "" } else { " !" }),
         };
-        let scatter = percent(Some(scatter));
-        out += &format!("a second reference, with a time step a fifth longer, differs by {scatter}: {meaning}\n");
+        table.row([
+            row.name.clone(),
+            short(row.loop_s, 3),
+            fixed(row.element_steps_per_s / 1e6, 1),
+            percent(row.velocity_error_percent),
+            fraction(row.energy_error),
+            outcome,
+        ]);
     }
-    for (name, reason) in &measured.skipped {
-        out += &format!("left out: {name}: {reason}\n");
+    let BenchRow { name, outcome, loop_s, scatter_percent, .. } = &measured.reference;
+    let mut out = format!(
+        "{}\n\nreference: {name}\n  {outcome}, {} s of loop\n\n{table}\nerrors against the reference; !: another outcome\n",
+        measured.title,
+        short(*loop_s, 3)
+    );
+    if scatter_percent.is_some() {
+        let scatter = percent(*scatter_percent);
+        out += &format!(
+            "a second reference, with a time step a fifth longer, differs by {scatter}: errors below it rank nothing\n"
+        );
     }
-    let asked = format!("velocities and end within {} %", short(tolerance * 100.0, 3));
-    match measured.cheapest.map(|at| &measured.rows[at]) {
-        Some(row) => {
-            let (name, time, error) = (&row.configuration.name, seconds(row.time()), percent(row.velocity_error()));
-            out + &format!("cheapest with {asked}: {name} ({time}, {error})\n\n")
-        }
+    for left_out in &measured.skipped {
+        out += &format!("left out: {}: {}\n", left_out.name, left_out.reason);
+    }
+    let asked = format!("velocities within {} %", short(tolerance * 100.0, 3));
+    match &measured.cheapest_within_tolerance {
+        Some(name) => out + &format!("cheapest with {asked}: {name}\n\n"),
         None => out + &format!("no choice has the reference's outcome and {asked}\n\n"),
     }
 }
 
-fn cells(row: &BenchRow) -> [String; 8] {
-    let end = match row.errors.map(|errors| (errors.stop_time, errors.residual_velocity)) {
-        Some((Some(time), _)) => format!("{} µs", signed(time * 1e6)),
-        Some((None, velocity)) => format!("{} m/s", signed(velocity)),
-        None => "-".to_owned(),
-    };
-    let outcome = match (&row.run.divergence, &row.run.lost) {
-        (Some(_), _) => "unstable",
-        (_, Some(_)) => "device lost",
-        _ => row.run.outcome.word(),
-    };
-    [
-        if row.same_outcome { "" } else { "!" }.to_owned(),
-        row.configuration.name.clone(),
-        short(row.time(), 3),
-        fixed(row.rate() / 1e6, 1),
-        percent(row.velocity_error()),
-        end,
-        fraction(row.run.energy_error),
-        outcome.to_owned(),
-    ]
+/// Runs every case and prints a line for each expectation; exit code 1 if one fails.
+pub(crate) fn verify(arguments: &VerifyArguments) -> Result<(), CommandFailure> {
+    let interrupted = terminal::watch_interrupts()?;
+    let chosen = choose(&arguments.backend, arguments.precision, &arguments.print)?;
+    terminal::begin_bar(&arguments.print);
+    let mut rows: Vec<Value> = Vec::new();
+    for (name, text) in CASES {
+        let checks = expectations(name, text, chosen.options(arguments.backend.threads), &interrupted);
+        let failed = |why| vec![json!({"quantity": "outcome", "expected": "a result", "got": why, "pass": false})];
+        rows.extend(checks.unwrap_or_else(failed).into_iter().map(|mut check| {
+            check["name"] = name.into();
+            check
+        }));
+        if interrupted.load(Ordering::Relaxed) {
+            break;
+        }
+    }
+    terminal::end_bar();
+    let failed = rows.iter().filter(|row| row["pass"] != true).count();
+    let counts = format!("{} of {} rows pass", rows.len() - failed, rows.len());
+    let report = json!({ "pass": failed == 0, "rows": rows });
+    terminal::show(&arguments.print, &report, || {
+        use Align::{Left, Right};
+        let mut table = TextTable::plain(&[Left, Left, Left, Right, Right]);
+        table.row(["", "case", "quantity", "expected", "got"]);
+        for row in &rows {
+            let name = row["name"].as_str().unwrap_or_default().to_owned();
+            table.row([terminal::mark(row["pass"] == true), name, quantity(row), expected(row), got(row)]);
+        }
+        format!("{table}\n{counts}\n")
+    })?;
+    if interrupted.load(Ordering::Relaxed) {
+        return Err(CommandFailure::interrupted("interrupted; rows after this are missing"));
+    }
+    if failed > 0 { Err(CommandFailure::check(format!("error: verification: {counts}"))) } else { Ok(()) }
 }
 
-/// Exit code of what was measured.
-fn verdict(measured: &[BenchResult], folder: &Path) -> Result<(), CommandFailure> {
-    if measured.iter().any(|one| one.interrupted) {
-        let folder = folder.display();
-        return Err(CommandFailure::interrupted(format!("interrupted; what was measured until then: {folder}")));
+/// Expectations of a case, each with what its run gave, as `summary.json` has them; none of an interrupted run. Or why there is no result.
+fn expectations(
+    name: &str,
+    text: &str,
+    options: run::Options<'_>,
+    interrupt: &AtomicBool,
+) -> Result<Vec<Value>, String> {
+    let case = case::from_str(name, text, &[]).map_err(|error| error.to_string())?;
+    let mut show = |at: &Progress| terminal::show_run(name, at);
+    let run = run::run(&case, options, interrupt, &mut show).map_err(|error| error.to_string())?;
+    if let Some(divergence) = &run.divergence {
+        return Err(format!("unstable at {}: {}", output::place(divergence), divergence.quantity));
     }
-    let unstable = measured.iter().find_map(|one| Some((one, one.reference.divergence.as_ref()?)));
-    unstable.map_or(Ok(()), |(one, divergence)| {
-        Err(CommandFailure::check(format!(
-            "error: {}: the reference became unstable\n  where: {}\n  found: {}",
-            one.case.name,
-            output::place(divergence),
-            divergence.quantity
-        )))
-    })
+    if let Some(reason) = &run.lost {
+        return Err(format!("device lost at {}: {reason}", output::reached(&run)));
+    }
+    let checked = output::check(&case, &run, &output::summary(&case, &run, 0.0));
+    Ok(if run.interrupted { Vec::new() } else { checked })
 }

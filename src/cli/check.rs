@@ -1,23 +1,28 @@
-//! Commands that run nothing: `ripstop check`, `info`, `schema` and `completions`.
+//! Commands that run nothing: `ripstop check`, `info`, `schema`, `completions`, `explain` and `crossover`.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use clap::{Args, CommandFactory};
+use clap::{Args, CommandFactory, ValueEnum};
 use clap_complete::Shell;
-use ripstop::case::{self, Case};
+use ripstop::case::{self, Case, Fabric};
 use ripstop::gpu;
 use ripstop::model::Model;
+use ripstop::model::unit_cell_curve::{self, CurveLaw, CurvePoint};
 use ripstop::num::simd::Vectors;
 use ripstop::output::checks::case_warnings;
-use ripstop::output::number::{bytes, grouped, us};
-use ripstop::output::symmetry;
+use ripstop::output::number::{bytes, grouped, short, us};
+use ripstop::output::{symmetry, warnings};
 use ripstop::run::{Sample, Simulation, Skips};
+use serde_json::{Map, Value, json};
 use sysinfo::{CpuRefreshKind, MemoryRefreshKind, RefreshKind, System};
 
-use super::arguments::Arguments;
+use super::arguments::{Arguments, Source, Stretches};
 use super::failure::CommandFailure;
-use super::terminal::{self, Align, TextTable};
-use super::{backend, input, result};
+use super::terminal::{self, Align, TextTable, part};
+use super::{backend, result};
+
+/// Points in one grid of stretches at most.
+const MAX_POINTS: usize = 1_000_000;
 
 /// `ripstop check`
 #[derive(Args, Debug)]
@@ -61,15 +66,54 @@ pub(crate) struct CompletionsArguments {
     shell: Shell,
 }
 
+/// `ripstop explain`
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  ripstop explain
+  ripstop explain W3
+  ripstop explain 130")]
+pub(crate) struct ExplainArguments {
+    /// Exit code (0, 1, 2, 3, 130), or code or name of a warning (W1, energy) [default: all, in a list]
+    #[arg(value_name = "EXIT|WARNING")]
+    code: Option<String>,
+}
+
+/// `ripstop crossover`
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  ripstop crossover cases/s720-1ply-155.json --warp-stretch 1:1.05:26 --weft-stretch 1
+  ripstop crossover shot.json --warp-stretch 1.01 --weft-stretch 1 --law kawabata --json")]
+pub(crate) struct CrossoverArguments {
+    /// Case file; only its fabric matters
+    #[arg(value_name = "CASE.json")]
+    case: PathBuf,
+    /// Fabric stretch along warp: one value, or first:last:count
+    #[arg(long, value_name = "A[:B:N]")]
+    warp_stretch: Stretches,
+    /// Fabric stretch along weft: one value, or first:last:count
+    #[arg(long, value_name = "C[:D:N]")]
+    weft_stretch: Stretches,
+    /// Unit-cell law [default: the case's]
+    #[arg(long, value_enum)]
+    law: Option<CurveLaw>,
+    /// Change of the case, checked like the file; may be given again
+    #[arg(long = "set", value_name = "/POINTER=VALUE")]
+    sets: Vec<String>,
+    /// Print JSON, every digit
+    #[arg(long, conflicts_with = "csv")]
+    json: bool,
+    /// Print CSV, every digit
+    #[arg(long)]
+    csv: bool,
+}
+
 /// Reports every case; fails if any of them is refused.
 pub(crate) fn check(arguments: &CheckArguments) -> Result<(), CommandFailure> {
     let mut failures = Vec::new();
-    for (index, path) in arguments.cases.iter().enumerate() {
-        match report(path, &arguments.sets) {
-            Ok(report) => {
-                let gap = if index > 0 { "\n" } else { "" };
-                terminal::print(&format!("{gap}{}\n{report}", path.display()))?;
-            }
+    for path in &arguments.cases {
+        let case = Source::open(path).and_then(|source| Ok(source.case(&arguments.sets)?));
+        match case.and_then(|case| report(&case)) {
+            Ok(report) => terminal::print(&format!("{}\n{report}", path.display()))?,
             Err(failure) => failures.push(failure),
         }
     }
@@ -77,14 +121,13 @@ pub(crate) fn check(arguments: &CheckArguments) -> Result<(), CommandFailure> {
 }
 
 /// Fields of a case, its run, notes and warnings.
-fn report(path: &Path, sets: &[String]) -> Result<String, CommandFailure> {
-    let case = input::read(path, sets)?;
-    let simulation = Simulation::<f64>::with_skips(&case, Skips::default())
-        .map_err(|error| CommandFailure::model(&path.display().to_string(), &error))?;
-    let run = format!("\n{}\n{}\n", terminal::heading("the run"), the_run(&case, &simulation));
-    let notes = result::part("notes", &case.notes.join("\n"));
-    let warnings = result::part("warnings", &result::warnings(&case_warnings(&case)));
-    Ok([case::report(&case), run, notes, warnings].concat())
+fn report(case: &Case) -> Result<String, CommandFailure> {
+    let simulation = Simulation::<f64>::with_skips(case, Skips::default())
+        .map_err(|error| CommandFailure::model(&case.path.display().to_string(), &error))?;
+    let run = part("the run", &the_run(case, &simulation).to_string()) + "\n";
+    let notes = part("notes", &case.notes.join("\n"));
+    let warnings = part("warnings", &result::warnings(&case_warnings(case)));
+    Ok([case::report(case), run, notes, warnings].concat())
 }
 
 /// Time step, size and memory of the run.
@@ -96,30 +139,37 @@ fn the_run(case: &Case, simulation: &Simulation<f64>) -> TextTable {
     let memory = numbers as f64 + rows * size_of::<Sample>() as f64;
     let elements = model.whole_elements() as u64;
     TextTable::pairs([
-        ("  critical time step", format!("{}, set by: {}", us(model.bound.critical_step), model.bound.set_by)),
-        ("  time step", us(model.dt)),
-        ("  steps", format!("{} at most", grouped(steps))),
-        ("  elements", grouped(elements)),
-        ("  element-steps", format!("{} at most", grouped(elements.saturating_mul(steps)))),
-        ("  symmetry", symmetry(model.planes)),
-        ("  memory", format!("{} of state and history", bytes(memory))),
+        ("critical time step", format!("{}, set by: {}", us(model.bound.critical_step), model.bound.set_by)),
+        ("time step", us(model.dt)),
+        ("steps", format!("{} at most", grouped(steps))),
+        ("elements", grouped(elements)),
+        ("element-steps", format!("{} at most", grouped(elements.saturating_mul(steps)))),
+        ("symmetry", symmetry(model.planes)),
+        ("memory", format!("{} of state and history", bytes(memory))),
     ])
 }
 
-/// Prints what this machine offers.
+/// Prints what this machine offers, and what a case needs of it.
 pub(crate) fn info(arguments: &InfoArguments) -> Result<(), CommandFailure> {
     let case = arguments.case.as_deref().map(|path| case::read(path, &[])).transpose()?;
-    let mut table = TextTable::plain(&[Align::Left, Align::Left]);
-    machine(&mut table);
-    table.row(["backend cpu", "f64 or f32"]);
+    let refresh = RefreshKind::nothing().with_cpu(CpuRefreshKind::nothing());
+    let system = System::new_with_specifics(refresh.with_memory(MemoryRefreshKind::nothing().with_ram()));
+    let processor = system.cpus().first().map_or("", |cpu| cpu.brand().trim()).to_owned();
+    let threads = std::thread::available_parallelism().map_or_else(|error| error.to_string(), |n| n.to_string());
+    let [total, free] = [system.total_memory(), system.available_memory()].map(|count| bytes(count as f64));
     let adapters = gpu::adapters();
+    let mut table = TextTable::pairs([
+        ("ripstop", env!("CARGO_PKG_VERSION").to_owned()),
+        ("processor", processor),
+        ("threads", threads),
+        ("SIMD", Vectors::widest().name().to_owned()),
+        ("memory", format!("{total}, {free} available")),
+        ("backend cpu", "f64 or f32".to_owned()),
+    ]);
     for (number, adapter) in adapters.iter().enumerate() {
         let limit = bytes(adapter.largest_buffer() as f64);
         let what = format!("{}, {}, {}, buffers up to {limit}", adapter.name(), adapter.kind(), adapter.driver());
         table.row([format!("adapter {number}"), what]);
-    }
-    if adapters.is_empty() {
-        table.row(["backend gpu", "no graphics adapter was found"]);
     }
     let automatic = match backend::automatic(&adapters) {
         Ok(adapter) => format!("gpu, {}", adapter.name()),
@@ -127,41 +177,17 @@ pub(crate) fn info(arguments: &InfoArguments) -> Result<(), CommandFailure> {
     };
     table.row(["auto chooses", automatic.as_str()]);
     if let Some(case) = &case {
-        needs(&mut table, case)?;
+        let refused = |error| CommandFailure::model(&case.path.display().to_string(), &error);
+        let model = Model::<f32>::part(case).map_err(refused)?;
+        let features = model.features();
+        let kernels = gpu::shader::KERNELS.iter().filter(|kernel| kernel.is_in(&features)).map(|kernel| kernel.name);
+        table.row(["", ""]);
+        table.row(["case", case.title.as_str()]);
+        table.row(["symmetry", symmetry(model.planes).as_str()]);
+        table.row(["kernels per step", kernels.collect::<Vec<_>>().join(", ").as_str()]);
+        table.row(["device memory", bytes(gpu::buffers::Sizes::new(&model).total() as f64).as_str()]);
     }
     terminal::print(&table.to_string())
-}
-
-/// Needs of a case: features, kernels, memory of a device.
-fn needs(table: &mut TextTable, case: &Case) -> Result<(), CommandFailure> {
-    let model = Model::<f32>::part(case).map_err(|e| CommandFailure::model(&case.path.display().to_string(), &e))?;
-    let features = model.features();
-    let kernels = gpu::shader::KERNELS.iter().filter(|kernel| kernel.is_in(&features)).map(|kernel| kernel.name);
-    table.row(["", ""]);
-    table.row(["case", case.title.as_str()]);
-    features.list().into_iter().for_each(|(name, value)| table.row([name, value.as_str()]));
-    table.row(["symmetry", symmetry(model.planes).as_str()]);
-    table.row(["kernels per step", kernels.collect::<Vec<_>>().join(", ").as_str()]);
-    table.row(["device memory", bytes(gpu::buffers::Sizes::new(&model).total() as f64).as_str()]);
-    Ok(())
-}
-
-/// Version, processor and memory.
-fn machine(table: &mut TextTable) {
-    let memory = MemoryRefreshKind::nothing().with_ram();
-    let system =
-        System::new_with_specifics(RefreshKind::nothing().with_cpu(CpuRefreshKind::nothing()).with_memory(memory));
-    table.row(["ripstop", env!("CARGO_PKG_VERSION")]);
-    if let Some(cpu) = system.cpus().first().map(|cpu| cpu.brand().trim()).filter(|name| !name.is_empty()) {
-        table.row(["processor", cpu]);
-    }
-    let threads = std::thread::available_parallelism().map_or_else(|error| error.to_string(), |n| n.to_string());
-    table.row(["threads", threads.as_str()]);
-    table.row(["SIMD", Vectors::widest().name()]);
-    if system.total_memory() > 0 {
-        let [total, free] = [system.total_memory(), system.available_memory()].map(|count| bytes(count as f64));
-        table.row(["memory", format!("{total}, {free} available").as_str()]);
-    }
 }
 
 /// Prints the JSON Schema of the case file, or its keys as tables.
@@ -177,4 +203,124 @@ pub(crate) fn completions(arguments: &CompletionsArguments) -> Result<(), Comman
     let mut script = Vec::new();
     clap_complete::generate(arguments.shell, &mut Arguments::command(), "ripstop", &mut script);
     terminal::print(&String::from_utf8_lossy(&script))
+}
+
+/// Every exit code: number, name in a few words, meaning, advice.
+const EXITS: [[&str; 4]; 5] = [
+    [
+        "0",
+        "done",
+        "The command did what was asked; of a run, every expectation of the case holds. Warnings do not change the code.",
+        "Nothing. `summary.json` lists the warnings.",
+    ],
+    [
+        "1",
+        "an expectation failed or the run became unstable",
+        "An `expect` of the case does not hold, a row of `verify` fails, or a run made numbers that cannot be: not finite, or energy \
+         that was never put in. The message says which, with step, kernel and place. Results up to there are written.",
+        "Expectation: compare what was expected with what was got. Unstable: lower /solver/courant; if that does not \
+         help, something in the case is extreme, and the place in the message shows where to look.",
+    ],
+    [
+        "2",
+        "bad input or usage",
+        "The command line, the case or one of its files cannot be used, or results cannot be written. Nothing was computed, \
+         or nothing could be kept.",
+        "Do what the `help:` line of the message says. `ripstop check CASE` shows every field, `ripstop schema` every key.",
+    ],
+    [
+        "3",
+        "no device for what was asked, or one that failed",
+        "No graphics adapter suits, the case does not fit its memory, or the device was lost on the way; then results up \
+         to there are written.",
+        "Take --backend cpu. `ripstop info CASE` lists adapters and what the case needs.",
+    ],
+    [
+        "130",
+        "interrupted",
+        "Ctrl-C, or a request to terminate, ended the command. After the first one results up to there are written.",
+        "Run it again; an interrupted result is marked `interrupted` in `summary.json`.",
+    ],
+];
+
+/// Explains one code, or lists all.
+pub(crate) fn explain(arguments: &ExplainArguments) -> Result<(), CommandFailure> {
+    let Some(code) = &arguments.code else {
+        let exits = TextTable::pairs(EXITS.map(|[code, name, ..]| (code, name.to_owned())));
+        let kinds = warnings::KINDS
+            .each_ref()
+            .map(|kind| (format!("{} {}", terminal::caution(kind.code), kind.name), kind.measured.to_owned()));
+        let [exits, kinds] = [exits, TextTable::pairs(kinds)].map(|table| table.to_string());
+        let help = "\n`ripstop explain CODE` says what one means and what to do.\n";
+        return terminal::print(&format!("{}{}{help}", part("exit codes", &exits), part("warnings", &kinds)));
+    };
+    let is_it = |word: &str| word.eq_ignore_ascii_case(code);
+    let (title, parts) = if let Some([_, name, means, help]) = EXITS.iter().find(|exit| is_it(exit[0])) {
+        (format!("exit code {code}: {name}"), vec![("means", *means), ("to do", *help)])
+    } else if let Some(kind) = warnings::KINDS.iter().find(|kind| is_it(kind.code) || is_it(kind.name)) {
+        let parts = [("measured", kind.measured), ("given", kind.given), ("means", kind.means), ("to do", kind.help)];
+        (format!("{} {}", kind.code, kind.name), parts.to_vec())
+    } else {
+        let codes = EXITS.iter().map(|exit| exit[0]).chain(warnings::KINDS.iter().map(|kind| kind.code));
+        let failure = CommandFailure::expected("no such code", codes.collect::<Vec<_>>().join(", "), code);
+        return Err(failure.help("`ripstop explain` lists what they mean"));
+    };
+    let parts = parts.into_iter().map(|(name, text)| (name, text.to_owned()));
+    terminal::print(part(&title, &TextTable::pairs(parts).to_string()).trim_start_matches('\n'))
+}
+
+/// Solves and prints the grid.
+pub(crate) fn crossover(arguments: &CrossoverArguments) -> Result<(), CommandFailure> {
+    let fabric = case::read(&arguments.case, &arguments.sets)?.fabric;
+    let law = arguments.law.unwrap_or_else(|| fabric.crossover.law.into());
+    let (warp, weft) = (&arguments.warp_stretch.0, &arguments.weft_stretch.0);
+    if warp.len() * weft.len() > MAX_POINTS {
+        let [expected, found] = [format!("at most {MAX_POINTS} points"), format!("{} × {}", warp.len(), weft.len())];
+        return Err(CommandFailure::expected("--warp-stretch, --weft-stretch", expected, found));
+    }
+    let points = unit_cell_curve::solve_with(&fabric, law, warp, weft);
+    terminal::print(&match (arguments.json, arguments.csv) {
+        (true, _) => json_text(law, &points),
+        (_, true) => csv_text(&points),
+        _ => table_text(&fabric, law, &points),
+    })
+}
+
+/// Word of a law on the command line.
+fn word(law: CurveLaw) -> String {
+    law.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+}
+
+fn json_text(law: CurveLaw, points: &[CurvePoint]) -> String {
+    let object = |point: &CurvePoint| {
+        let mut object = Map::from_iter(point.numbers().map(|(name, number)| (name.to_owned(), json!(number))));
+        object.insert("iterations".to_owned(), json!(point.cell.iterations as u64));
+        Value::Object(object)
+    };
+    let points: Vec<Value> = points.iter().map(object).collect();
+    format!("{:#}\n", json!({ "law": word(law), "points": points }))
+}
+
+fn csv_text(points: &[CurvePoint]) -> String {
+    let heading = points.first().map(|point| point.numbers().map(|(name, _)| name.to_owned()).join(","));
+    let rows = points.iter().map(|point| point.numbers().map(|(_, number)| format!("{number:?}")).join(","));
+    heading.into_iter().chain(rows).map(|line| line + "\n").collect()
+}
+
+fn table_text(fabric: &Fabric, law: CurveLaw, points: &[CurvePoint]) -> String {
+    let heads = ["Λ warp", "Λ weft", "T warp N", "T weft N", "F N", "h warp mm", "h weft mm", "ε warp", "ε weft"];
+    let mut table = TextTable::plain(&[&[Align::Right; 9][..], &[Align::Left]].concat());
+    table.row(heads);
+    for point in points {
+        let broken = [0, 1].map(|yarn| point.is_broken(fabric, yarn));
+        let note = match broken {
+            [true, true] => "beyond failure of both",
+            [true, false] => "beyond failure of the warp",
+            [false, true] => "beyond failure of the weft",
+            _ => "",
+        };
+        let numbers = point.numbers().map(|(_, number)| short(number, 6));
+        table.row(numbers.into_iter().take(heads.len()).chain([note.to_owned()]));
+    }
+    format!("{}, {} law\n\n{table}", fabric.name, word(law))
 }

@@ -8,7 +8,7 @@ use ripstop::{case, output};
 use serde_json::{Map, Number, Value, json};
 
 use super::failure::CommandFailure;
-use super::{input, terminal};
+use super::{arguments, terminal};
 
 /// File beside every new case, for editors.
 const SCHEMA: &str = "ripstop.schema.json";
@@ -25,7 +25,6 @@ const NOTES: &str = "Lengths in mm, masses in g, times in us; every key ends in 
 /// `ripstop new`
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
-  ripstop new shot.json
   ripstop new shot.json --fabric twaron-ct709 --plies 4 --projectile fsp-22 --velocity 350
   ripstop new shot.json --fabric my-fabric.json --projectile sphere:6.35 --velocity 300
 
@@ -81,10 +80,11 @@ pub(crate) fn new(arguments: &NewArguments) -> Result<(), CommandFailure> {
         "sources": sources,
     });
     let text = format!("{document:#}\n");
-    let (name, folder) = (file.display().to_string(), input::folder(file));
+    let name = file.display().to_string();
+    let folder = file.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
     case::from_text(&name, &text, folder, &[])?;
-    write(&folder.join(SCHEMA), &format!("{:#}\n", case::schema()))?;
-    write(file, &text)?;
+    write(folder, &folder.join(SCHEMA), &format!("{:#}\n", case::schema()))?;
+    write(folder, file, &text)?;
     terminal::print(&format!(
         "{name}: {title}\n  ripstop check {name}   every value, with its source; assumed ones marked\n  \
          ripstop run {name}     the shot, until its outcome is known\n",
@@ -123,15 +123,13 @@ fn read_projectile(given: &str) -> Result<Projectile, CommandFailure> {
 fn solid(given: &str) -> Option<Projectile> {
     let (shape, size) = given.split_once(':')?;
     let sizes = size.split('x').map(|part| part.parse().ok().filter(|size: &f64| *size > 0.0));
-    let (what, shape, length) = match (shape, &sizes.collect::<Option<Vec<f64>>>()?[..]) {
-        ("sphere" | "ball", [d]) => (format!("{d} mm steel ball"), json!({"shape": "sphere", "diameter_mm": d}), None),
-        ("rcc", [d]) => (format!("{d} mm steel RCC"), json!({"shape": "cylinder", "diameter_mm": d}), Some(*d)),
-        ("cylinder", [d, length]) => {
-            (format!("{d} × {length} mm steel cylinder"), json!({"shape": "cylinder", "diameter_mm": d}), Some(*length))
-        }
+    let (what, shape, diameter, length) = match (shape, &sizes.collect::<Option<Vec<f64>>>()?[..]) {
+        ("sphere" | "ball", [d]) => (format!("{d} mm steel ball"), "sphere", *d, None),
+        ("rcc", [d]) => (format!("{d} mm steel RCC"), "cylinder", *d, Some(*d)),
+        ("cylinder", [d, length]) => (format!("{d} × {length} mm steel cylinder"), "cylinder", *d, Some(*length)),
         _ => return None,
     };
-    let mut projectile = shape;
+    let mut projectile = json!({ "shape": shape, "diameter_mm": diameter });
     if let Some(length) = length {
         projectile["length_mm"] = json!(length);
     }
@@ -144,7 +142,7 @@ fn solid(given: &str) -> Option<Projectile> {
 fn read_fabric(given: &str) -> Result<Projectile, CommandFailure> {
     let text = match case::builtin_fabric(&format!("fabrics/{given}.json")) {
         Some(text) => text.to_owned(),
-        None => input::text(given)
+        None => arguments::text(given)
             .map_err(|error| unknown("--fabric", given, &format!("or a file with the keys of a fabric ({error})")))?,
     };
     let wrong = |found: String| CommandFailure::expected(given, "an object with the keys of a fabric", found);
@@ -160,12 +158,8 @@ fn read_fabric(given: &str) -> Result<Projectile, CommandFailure> {
 }
 
 /// Writes a file whole or not at all.
-fn write(path: &Path, text: &str) -> Result<(), CommandFailure> {
-    let staged = output::temporary(input::folder(path)).and_then(|mut file| {
-        file.write_all(text.as_bytes())?;
-        Ok(file)
-    });
+fn write(folder: &Path, path: &Path, text: &str) -> Result<(), CommandFailure> {
+    let staged = output::temporary(folder).and_then(|mut file| file.write_all(text.as_bytes()).map(|()| file));
     let put = staged.and_then(|file| file.persist(path).map_err(|error| error.error));
-    let failed = |error| CommandFailure::expected(path.display(), "a file that can be written", error);
-    put.map(drop).map_err(failed)
+    put.map(drop).map_err(|error| CommandFailure::expected(path.display(), "a file that can be written", error))
 }

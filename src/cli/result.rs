@@ -12,42 +12,29 @@ use ripstop::output::{Breakage, Energies, costs, verdict};
 use ripstop::run::Run;
 use serde_json::Value;
 
-use super::terminal::{self, Align, TextTable};
+use super::terminal::{self, Align, TextTable, part};
 
-/// The whole text. `files`: folder and names, where they were written.
-pub(crate) fn text(case: &Case, run: &Run, summary: &Value, files: Option<(&Path, &[&str])>) -> String {
+/// The whole text. `written`: folder and names of the files, where there are some.
+pub(crate) fn text(case: &Case, run: &Run, summary: &Value, written: Option<(&Path, &[&str])>) -> String {
     let verdict = verdict(case, run);
     let verdict = format!("{}{} {}", verdict.word.to_uppercase(), verdict.mark(), verdict.detail);
-    let verdict: String =
-        terminal::wrapped(&verdict, 0).iter().map(|line| format!("\n{}", terminal::heading(line))).collect();
     let checks = checks::checks(case, run);
-    let mut parts =
-        vec![case.title.clone(), verdict, advice(&checks), energy(run), damage(case, run), trust(&checks, summary)];
-    parts.push(part("cost", &TextTable::pairs(costs(case, run, summary)).to_string()));
-    parts.push(part("warnings", &warnings(&checks::warnings(case, &checks))));
-    parts.push(expectations(summary));
-    if let Some((folder, names)) = files {
-        let names = terminal::wrapped(&names.join(", "), 2);
-        parts.push(format!(
-            "\n{}  {}\n{}",
-            terminal::heading("files"),
-            folder.display(),
-            terminal::indent(&names.join("\n"))
-        ));
-    }
-    parts.retain(|part| !part.is_empty());
-    parts.iter().map(|part| format!("{}\n", part.trim_end())).collect()
-}
-
-/// A part of the text under its title; nothing where there is nothing to say.
-pub(crate) fn part(title: &str, text: &str) -> String {
-    if text.is_empty() { String::new() } else { format!("\n{}\n{}", terminal::heading(title), terminal::indent(text)) }
+    let parts = [
+        format!("{}\n\n{}\n{}\n", case.title, terminal::heading(&verdict), advice(&checks)),
+        energy(run),
+        damage(case, run),
+        trust(&checks, summary),
+        part("cost", &TextTable::pairs(costs(case, run, summary)).to_string()),
+        part("warnings", &warnings(&checks::warnings(case, &checks))),
+        expectations(summary),
+        written.map_or_else(String::new, |(folder, names)| files(folder, names)),
+    ];
+    parts.concat()
 }
 
 /// Sentences to look at, each after a word.
-pub(crate) fn notes(word: &str, sentences: &[String]) -> String {
-    let one = |text: &String| format!("{}  {}\n", terminal::caution(word), terminal::wrapped(text, 6).join("\n      "));
-    sentences.iter().map(one).collect()
+pub(crate) fn notes(sentences: &[String]) -> String {
+    sentences.iter().map(|text| format!("{}  {text}\n", terminal::caution("look"))).collect()
 }
 
 /// Folder and names of the files written.
@@ -57,33 +44,21 @@ pub(crate) fn files(folder: &Path, names: &[&str]) -> String {
 
 /// One line each, with its code.
 pub(crate) fn warnings(warnings: &[Warning]) -> String {
+    let Some(first) = warnings.first() else { return String::new() };
     let rows = warnings.iter().map(|warning| (terminal::caution(warning.kind.code), warning.message.clone()));
-    let table = TextTable::pairs(rows);
-    match warnings.first() {
-        Some(first) => format!("{table}`ripstop explain {}` says what it means and what to do\n", first.kind.code),
-        None => String::new(),
-    }
+    format!("{}`ripstop explain {}` says what it means and what to do\n", TextTable::pairs(rows), first.kind.code)
 }
 
-/// One line: what to do with the result, and why.
+/// What to do with the result, and why, a line for each reason.
 fn advice(checks: &[Check]) -> String {
     let (level, why) = checks::advice(checks);
     let why: Vec<String> = why.iter().map(|check| format!("{}: {}", check.name, check.reason)).collect();
-    let text = match level {
-        Level::Fine => format!("trust: all {} checks are fine", checks.len()),
-        _ => format!("{}: {}", level.advice(), why.join("; ")),
-    };
-    let mut lines = terminal::wrapped(&text, 0);
-    if let Some(first) = lines.first_mut() {
-        let word = level.advice();
-        let painted = match level {
-            Level::Fine => terminal::good(word),
-            Level::Look => terminal::caution(word),
-            Level::Bad => terminal::bad(word),
-        };
-        *first = first.replacen(word, &painted, 1);
+    let (word, why) = (level.advice(), why.join("\n      "));
+    match level {
+        Level::Fine => format!("{}: all {} checks are fine", terminal::good(word), checks.len()),
+        Level::Look => format!("{}: {why}", terminal::caution(word)),
+        Level::Bad => format!("{}: {why}", terminal::bad(word)),
     }
-    lines.join("\n")
 }
 
 /// Broken yarns and their places; empty where none broke.
@@ -124,27 +99,19 @@ fn trust(checks: &[Check], summary: &Value) -> String {
     let assumed: Vec<&str> = summary["assumed"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
     let rows = checks.iter().map(|check| (check.name, check.value.clone()));
     let table = TextTable::pairs(rows.chain([("assumed parameters", assumed.len().to_string())]));
-    let pointers: String = terminal::wrapped(&assumed.join(", "), 4).iter().map(|line| format!("  {line}\n")).collect();
-    part("trust", &format!("{table}{pointers}"))
+    part("trust", &format!("{table}  {}", assumed.join(", ")))
 }
 
 fn expectations(summary: &Value) -> String {
-    let checks: Vec<&Value> = summary["expect"].as_array().into_iter().flatten().collect();
-    if checks.is_empty() {
-        return String::new();
-    }
     let mut text = String::new();
-    for check in checks {
+    for check in summary["expect"].as_array().into_iter().flatten() {
         let pass = match judgement(check) {
             Judgement::Known => terminal::caution("known"),
             other => terminal::mark(other == Judgement::Holds),
         };
-        let got = format!("got {}", got(check));
-        text += &format!("{pass}  {} {}, {got}\n", quantity(check), expected(check));
-        let source = check["source"].as_str().unwrap_or_default();
-        for line in [source, &note(check)].into_iter().filter(|line| !line.is_empty()) {
-            text.extend(terminal::wrapped(line, 8).iter().map(|line| format!("      {line}\n")));
-        }
+        text += &format!("{pass}  {} {}, got {}\n", quantity(check), expected(check), got(check));
+        let lines = [check["source"].as_str().unwrap_or_default(), &note(check)].map(str::to_owned);
+        text.extend(lines.into_iter().filter(|line| !line.is_empty()).map(|line| format!("      {line}\n")));
     }
     part("expected", &text)
 }

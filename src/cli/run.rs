@@ -1,35 +1,33 @@
-//! `ripstop run`, and what follows every run: its observer, its files, what is printed, the exit code.
+//! `ripstop run` and `ripstop resume`, and what follows every run: its observer, its files, what is printed, the exit code.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use clap::{Args, ValueEnum, builder::RangedU64ValueParser};
-use ripstop::case::Case;
+use clap::{Args, ValueEnum};
+use ripstop::case::{self, Case};
 use ripstop::output::checks::case_warnings;
 use ripstop::output::expect::{Judgement, judgement};
 use ripstop::output::frames::Recorder;
+use ripstop::output::number::us;
 use ripstop::output::report;
-use ripstop::output::{self, Animation, CHECKPOINT, CheckpointWriter, Folder};
-use ripstop::run::checkpoint::{Checkpointable, Header};
-use ripstop::run::{self, Observer, Options, Progress, Run, RunError, Skips, View};
+use ripstop::output::{self, Animation, CHECKPOINT, CheckpointWriter, Folder, StagedFrames};
+use ripstop::run::checkpoint::{Checkpoint, Checkpointable, Header};
+use ripstop::run::{self, Observer, Options, Precision, Progress, Run, RunError, Skips, View};
 use serde_json::Value;
 use tracing::{info, warn};
 
-use super::arguments::{BackendArguments, BackendChoice};
+use super::arguments::{BackendArguments, BackendChoice, PrintArguments, Source, interval};
 use super::failure::CommandFailure;
-use super::input::{self, interval};
-use super::terminal::{self, Bar};
-use super::{backend, result};
+use super::{backend, result, terminal};
 
 /// `ripstop run`
-#[derive(Args, Debug)]
+#[derive(Args, Debug, Default)]
 #[command(after_help = "Examples:
-  ripstop run cases/s720-1ply-155.json
   ripstop run shot.json --set /projectile/velocity_m_s=200 -o out/shot-200
   ripstop run cases/s728-*.json
   jq '.pack.plies = 2' shot.json | ripstop run -
-  ripstop run shot.json --frames 60
   ripstop run shot.json --checkpoint-every 10     # then, after a crash: ripstop resume out/shot
   ripstop run shot.json --set '/pack/edges={\"left\":\"free\"}' --json | jq .residual_velocity_m_s
 
@@ -43,15 +41,15 @@ pub(crate) struct RunArguments {
     pub(crate) cases: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) backend: BackendArguments,
+    /// Number type of the state [default: f64 on the CPU, f32 on a GPU, which has no other]
+    #[arg(long, value_enum)]
+    pub(crate) precision: Option<Precision>,
     /// Folder for the results; of several cases each gets a folder in it [default: out/<case name>, with what --set changed]
     #[arg(long, short, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     /// Change of the case, checked like the file; may be given again
     #[arg(long = "set", value_name = "/POINTER=VALUE")]
     pub(crate) sets: Vec<String>,
-    /// Worker threads [default: all cores]; results do not depend on it
-    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
-    pub(crate) threads: Option<usize>,
     /// Compute also what cannot change the result: what nothing has reached, what comes after the outcome, mirror images
     /// [default: all]
     #[arg(
@@ -73,26 +71,8 @@ pub(crate) struct RunArguments {
     /// Simulated µs between checkpoints in DIR, from which `ripstop resume DIR` goes on; Ctrl-C leaves one too, the end of the run none
     #[arg(long, value_name = "US", value_parser = interval)]
     pub(crate) checkpoint_every: Option<f64>,
-    /// Print nothing but errors
-    #[arg(long, short)]
-    pub(crate) quiet: bool,
-    /// Print summary.json instead of the table
-    #[arg(long)]
-    pub(crate) json: bool,
-}
-
-impl RunArguments {
-    /// Changes of the case.
-    pub(crate) fn sets(&self) -> Vec<String> {
-        let frames = self.frames.map(|count| format!("/output/frames={count}"));
-        self.sets.iter().cloned().chain(frames).collect()
-    }
-
-    /// Skips that are on.
-    pub(crate) fn skips(&self) -> Skips {
-        let on = |kind: Skip| !self.no_skip.iter().any(|off| [kind, Skip::All].contains(off));
-        Skips { wavefront: on(Skip::Wavefront), outcome: on(Skip::Outcome), symmetry: on(Skip::Symmetry) }
-    }
+    #[command(flatten)]
+    pub(crate) print: PrintArguments,
 }
 
 /// Kind of skip.
@@ -108,15 +88,37 @@ pub(crate) enum Skip {
     All,
 }
 
+/// `ripstop resume`
+#[derive(Args, Debug)]
+#[command(after_help = "Example:
+  ripstop run shot.json --checkpoint-every 10
+  ripstop resume out/shot
+
+The case, the backend, its number type and the skips are those of the run; so are all files, to the last bit, but
+for the time it took. Frames of the run so far lie in DIR/checkpoint.frames until it ends. The case in DIR must be the one that the run \
+began with. A run that has ended is left as it is.")]
+pub(crate) struct ResumeArguments {
+    /// Folder of the run
+    #[arg(value_name = "DIR")]
+    folder: PathBuf,
+    #[command(flatten)]
+    print: PrintArguments,
+}
+
 /// Runs cases one after the other; one that fails does not keep the others from being run.
 pub(crate) fn run(arguments: &RunArguments) -> Result<(), CommandFailure> {
     let interrupted = terminal::watch_interrupts()?;
-    let sets = arguments.sets();
+    let frames = arguments.frames.map(|count| format!("/output/frames={count}"));
+    let sets: Vec<String> = arguments.sets.iter().cloned().chain(frames).collect();
     let mut folders: Vec<PathBuf> = Vec::new();
     let mut failures = Vec::new();
     for path in &arguments.cases {
-        let done = input::read(path, &sets).and_then(|case| {
-            let folder = out(arguments, &case);
+        let case = Source::open(path).and_then(|source| Ok(source.case(&sets)?));
+        let done = case.and_then(|case| {
+            let folder = match &arguments.out {
+                Some(folder) if arguments.cases.len() == 1 => folder.clone(),
+                several => several.as_deref().unwrap_or(Path::new("out")).join(&case.name),
+            };
             if folders.contains(&folder) {
                 let found = format!("two cases for {}", folder.display());
                 return Err(CommandFailure::expected(path.display(), "a folder for each case", found));
@@ -144,17 +146,18 @@ pub(crate) fn shoot(
     for warning in case_warnings(case) {
         warn!(code = warning.kind.code, "{}", warning.message);
     }
-    let chosen = backend::choose(&arguments.backend)?;
+    let chosen = backend::choose(&arguments.backend, BackendChoice::Auto, arguments.precision)?;
     let folder = Folder::prepare(out, case)?;
-    let say = |note: &str| {
-        if !arguments.quiet {
-            terminal::complain(note)
-        }
-    };
-    case.notes.iter().for_each(|note| say(&format!("note: {note}")));
-    chosen.note.iter().chain(&waiting(&folder)).for_each(|note| say(note));
-    let bar = Bar::new(!arguments.quiet);
-    let options = chosen.options(arguments.threads).skips(arguments.skips());
+    case.notes.iter().for_each(|note| say(&arguments.print, &format!("note: {note}")));
+    chosen.note.iter().for_each(|note| say(&arguments.print, note));
+    if out.join(CHECKPOINT).exists() {
+        let words = "holds a checkpoint, which this run replaces; `ripstop resume";
+        say(&arguments.print, &format!("note: {0} {words} {0}` would go on from it", out.display()));
+    }
+    terminal::begin_bar(&arguments.print);
+    let on = |kind: Skip| !arguments.no_skip.iter().any(|off| [kind, Skip::All].contains(off));
+    let skips = Skips { wavefront: on(Skip::Wavefront), outcome: on(Skip::Outcome), symmetry: on(Skip::Symmetry) };
+    let options = chosen.options(arguments.backend.threads).skips(skips);
     let attempt = |options: Options<'_>| {
         let head = arguments
             .checkpoint_every
@@ -162,20 +165,17 @@ pub(crate) fn shoot(
         let recorder = (case.output.frames > 0).then(|| Recorder::new(&folder, case, head.is_some()));
         let animation = (!arguments.no_report).then(|| Animation::new(case));
         let checkpoint_writer = head.map(|head| CheckpointWriter::new(&folder, case, head, start));
-        let mut observer = RunObserver { bar: &bar, animation, recorder, checkpoint_writer };
+        let mut observer = RunObserver { animation, recorder, checkpoint_writer };
         (run::run(case, options, interrupted, &mut observer), observer)
     };
     let (mut run, mut observer) = attempt(options);
-    if let (Err(RunError::Device(error)), BackendChoice::Auto) = (&run, arguments.backend.backend) {
-        say(&backend::took_cpu(error));
+    if let (Err(RunError::Device(error)), None | Some(BackendChoice::Auto)) = (&run, arguments.backend.backend) {
+        say(&arguments.print, &backend::took_cpu(&error.to_string()));
         (run, observer) = attempt(options.device(None::<&ripstop::Device>));
     }
-    bar.clear();
+    terminal::end_bar();
     match run {
-        Ok(run) => {
-            let wall = start.elapsed().as_secs_f64();
-            conclude(case, run, &folder, observer, wall, [arguments.json, arguments.quiet])
-        }
+        Ok(run) => conclude(case, run, &folder, observer, start.elapsed().as_secs_f64(), &arguments.print),
         Err(error) => {
             folder.abandon();
             Err(CommandFailure::start(&file(case), &error))
@@ -183,24 +183,82 @@ pub(crate) fn shoot(
     }
 }
 
+/// Goes on with a run from its last checkpoint.
+pub(crate) fn resume(arguments: &ResumeArguments) -> Result<(), CommandFailure> {
+    let start = Instant::now();
+    let interrupted = terminal::watch_interrupts()?;
+    let path = arguments.folder.join(CHECKPOINT);
+    if !path.exists() {
+        return nothing_to_resume(&arguments.folder, &arguments.print);
+    }
+    // First: until the folder is held, another run may write a later checkpoint, or end.
+    let folder = Folder::reopen(&arguments.folder)?;
+    let checkpoint = Checkpoint::open(&path)?;
+    let head = &checkpoint.header;
+    let mut case = case::read(&arguments.folder.join("case.json"), &[])?;
+    case.name.clone_from(&head.case);
+    checkpoint.check_case(&case)?;
+    let chosen = backend::again(&head.backend)?;
+    say(&arguments.print, &format!("note: goes on from {}", us(head.time)));
+    terminal::begin_bar(&arguments.print);
+    let options = chosen.options(head.threads).skips(head.skips).resume(&checkpoint);
+    let recorder = (case.output.frames > 0).then(|| {
+        let (recorder, lost) = Recorder::resume(&folder, &case, head);
+        let begin = |lost: &String| format!("warning: {lost}; the files of frames begin after that");
+        lost.iter().for_each(|lost| say(&arguments.print, &begin(lost)));
+        recorder
+    });
+    let kept = if head.report { Animation::from_bytes(&checkpoint.observer) } else { None };
+    let animation = head.report.then(|| kept.unwrap_or_else(|| Animation::new(&case)));
+    let checkpoint_writer = Some(CheckpointWriter::new(&folder, &case, head.clone(), start));
+    let mut observer = RunObserver { animation, recorder, checkpoint_writer };
+    let run = run::run(&case, options, &interrupted, &mut observer);
+    terminal::end_bar();
+    let run = run.map_err(|error| CommandFailure::start(&file(&case), &error))?;
+    let wall = observer.checkpoint_writer.as_ref().map_or(0.0, |writer| writer.spent(run.loop_seconds).wall);
+    conclude(&case, run, &folder, observer, wall, &arguments.print)
+}
+
+/// A run that has ended is no mistake; a folder without a run is.
+fn nothing_to_resume(folder: &Path, print: &PrintArguments) -> Result<(), CommandFailure> {
+    let summary = fs::read_to_string(folder.join("summary.json")).unwrap_or_default();
+    let summary: Value = serde_json::from_str(&summary).unwrap_or_default();
+    if summary["interrupted"] == false && summary["device_lost"].is_null() {
+        say(print, &format!("note: {}: the run has ended; there is nothing to resume", folder.display()));
+        return Ok(());
+    }
+    let expected = format!("a folder with a checkpoint, {CHECKPOINT}");
+    let help = "`ripstop run CASE.json --checkpoint-every US` leaves them";
+    Err(CommandFailure::expected(folder.display(), expected, "none").help(help))
+}
+
+/// Says something beside the result, unless nothing is wanted.
+fn say(print: &PrintArguments, note: &str) {
+    if !print.quiet {
+        terminal::complain(note);
+    }
+}
+
 /// Writes and prints the results of a run. `wall_seconds`: time of all commands together [s].
-pub(crate) fn conclude(
+fn conclude(
     case: &Case,
     mut run: Run,
     folder: &Folder,
     observer: RunObserver<'_>,
     wall_seconds: f64,
-    [json, quiet]: [bool; 2],
+    print: &PrintArguments,
 ) -> Result<(), CommandFailure> {
     let RunObserver { animation, recorder, checkpoint_writer, .. } = observer;
-    let frames = recorder.map(Recorder::finish).transpose();
+    let (frames, refused) = match recorder.map(Recorder::finish).transpose() {
+        Ok(frames) => (frames.unwrap_or_default(), None),
+        Err(error) => (StagedFrames::default(), Some(error)),
+    };
     run.checkpoint_error = checkpoint_writer.as_ref().and_then(|writer| writer.failed.clone());
     let summary = output::summary(case, &run, wall_seconds);
     let page = animation.map(|animation| report::report(case, &run, &summary, &animation));
-    let (frames, refused) = frames.map_or_else(|error| (None, Some(error)), |frames| (frames, None));
-    let written = folder.write(case, &run, &summary, page, &frames.unwrap_or_default());
+    let written = folder.write(case, &run, &summary, page, &frames);
     let files = written.as_ref().ok().map(|names| (folder.path(), names.as_slice()));
-    terminal::show(json, quiet, || summary.clone(), || result::text(case, &run, &summary, files))?;
+    terminal::show(print, &summary, || result::text(case, &run, &summary, files))?;
     info!(folder = %folder.path().display(), files = ?written.as_deref().unwrap_or_default(), "files written");
     written?;
     let goes_on = (run.interrupted || run.lost.is_some())
@@ -214,14 +272,7 @@ pub(crate) fn conclude(
     verdict(case, &run, &summary, folder.path(), goes_on)
 }
 
-fn out(arguments: &RunArguments, case: &Case) -> PathBuf {
-    match &arguments.out {
-        Some(folder) if arguments.cases.len() == 1 => folder.clone(),
-        several => several.as_deref().unwrap_or(Path::new("out")).join(&case.name),
-    }
-}
-
-pub(crate) fn file(case: &Case) -> String {
+fn file(case: &Case) -> String {
     case.path.display().to_string()
 }
 
@@ -250,38 +301,37 @@ fn verdict(case: &Case, run: &Run, summary: &Value, folder: &Path, goes_on: bool
             "interrupted at {reached}; results up to there: {folder}{resume}"
         )));
     }
-    let expect: Vec<&Value> = summary["expect"].as_array().into_iter().flatten().collect();
-    let failed: Vec<String> = expect
-        .iter()
-        .filter(|check| judgement(check) == Judgement::Fails)
-        .map(|check| format!("\n  {}", result::broken(check)))
-        .collect();
+    let expect = || summary["expect"].as_array().into_iter().flatten();
+    let fails = expect().filter(|check| judgement(check) == Judgement::Fails);
+    let failed: Vec<String> = fails.map(|check| format!("\n  {}", result::broken(check))).collect();
     if failed.is_empty() {
         return Ok(());
     }
-    let (failed_count, count) = (failed.len(), expect.len());
-    Err(CommandFailure::check(format!(
-        "error: {}: {failed_count} of {count} expectations failed{}",
-        file(case),
-        failed.concat()
-    )))
+    let counts = format!("{} of {} expectations failed", failed.len(), expect().count());
+    Err(CommandFailure::check(format!("error: {}: {counts}{}", file(case), failed.concat())))
 }
 
 /// Observer of a run: progress bar, animation, frames, checkpoints.
-pub(crate) struct RunObserver<'a> {
-    /// Progress bar on standard error.
-    pub(crate) bar: &'a Bar,
+struct RunObserver<'a> {
     /// Animation of the report, where there is one.
-    pub(crate) animation: Option<Animation>,
+    animation: Option<Animation>,
     /// Writer of frames, where they are asked for.
-    pub(crate) recorder: Option<Recorder<'a>>,
+    recorder: Option<Recorder<'a>>,
     /// Writer of checkpoints, where they are asked for.
-    pub(crate) checkpoint_writer: Option<CheckpointWriter<'a>>,
+    checkpoint_writer: Option<CheckpointWriter<'a>>,
+}
+
+impl RunObserver<'_> {
+    /// Observers that take snapshots.
+    fn takers(&mut self) -> impl Iterator<Item = &mut dyn Observer> {
+        let animation = self.animation.as_mut().map(|animation| animation as &mut dyn Observer);
+        animation.into_iter().chain(self.recorder.as_mut().map(|recorder| recorder as &mut dyn Observer))
+    }
 }
 
 impl Observer for RunObserver<'_> {
     fn on_progress(&mut self, at: &Progress) {
-        self.bar.show(at);
+        terminal::show_run("", at);
     }
 
     fn snapshot_due(&self, time: f64, dt: f64) -> bool {
@@ -291,21 +341,11 @@ impl Observer for RunObserver<'_> {
 
     fn on_snapshot(&mut self, view: &View<'_>) {
         let [time, dt] = view.clock();
-        if let Some(animation) = self.animation.as_mut().filter(|animation| animation.snapshot_due(time, dt)) {
-            animation.on_snapshot(view);
-        }
-        if let Some(recorder) = self.recorder.as_mut().filter(|recorder| recorder.snapshot_due(time, dt)) {
-            recorder.on_snapshot(view);
-        }
+        self.takers().filter(|taker| taker.snapshot_due(time, dt)).for_each(|taker| taker.on_snapshot(view));
     }
 
     fn on_end(&mut self, view: &View<'_>) {
-        if let Some(animation) = &mut self.animation {
-            animation.on_end(view);
-        }
-        if let Some(recorder) = &mut self.recorder {
-            recorder.on_end(view);
-        }
+        self.takers().for_each(|taker| taker.on_end(view));
     }
 
     fn checkpoint_due(&self, time: f64, dt: f64) -> bool {
@@ -327,15 +367,4 @@ impl Observer for RunObserver<'_> {
             _ => {}
         }
     }
-}
-
-/// Note that a run, which this one replaces, could be resumed.
-pub(crate) fn waiting(folder: &Folder) -> Option<String> {
-    let path = folder.path();
-    path.join(CHECKPOINT).exists().then(|| {
-        format!(
-            "note: {0} holds a checkpoint, which this run replaces; `ripstop resume {0}` would go on from it",
-            path.display()
-        )
-    })
 }

@@ -3,14 +3,13 @@
 //! A reader that has gone away (`| head`) is no error. Colour and bar are for terminals; `NO_COLOR` and `CLICOLOR=0` turn colour off.
 
 use std::fmt;
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, LazyLock};
 
 pub(crate) use console::Alignment as Align;
-use console::{Style, Term, colors_enabled_stderr, measure_text_width, pad_str, style};
+use console::{Style, colors_enabled_stderr, measure_text_width, pad_str, style};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use ripstop::output::number::duration;
 use ripstop::run::Progress;
 use serde_json::Value;
 use tracing_subscriber::filter::Targets;
@@ -18,19 +17,16 @@ use tracing_subscriber::fmt::{layer, time};
 use tracing_subscriber::layer::SubscriberExt as _;
 use tracing_subscriber::util::SubscriberInitExt as _;
 
+use super::arguments::PrintArguments;
 use super::failure::{CommandFailure, INTERRUPTED};
 
-/// Width of text at most, however wide the screen [columns].
-const WIDEST: usize = 80;
-/// Width below which a bar has shorter words [columns].
-const NARROW: u16 = 110;
-/// Ticks of a bar.
+/// Ticks of the bar of a run.
 const LENGTH: f64 = 1000.0;
 /// Variable with the filter of the log, used where no `-v` is given.
 const LOG: &str = "RIPSTOP_LOG";
 
-/// The bar that is on the screen, if one is.
-static SHOWN: Mutex<Option<ProgressBar>> = Mutex::new(None);
+/// The bar on standard error; hidden until it is wanted, and where that is no terminal.
+static BAR: LazyLock<ProgressBar> = LazyLock::new(ProgressBar::hidden);
 
 /// Writes to standard output.
 pub(crate) fn print(text: &str) -> Result<(), CommandFailure> {
@@ -43,64 +39,39 @@ pub(crate) fn print(text: &str) -> Result<(), CommandFailure> {
     }
 }
 
-/// Writes lines to standard error. A failure has no place left to be reported.
+/// Writes lines to standard error, their labels in colour. A failure has no place left to be reported.
 pub(crate) fn complain(message: &str) {
-    let lines: Vec<String> = message.lines().map(label).collect();
-    aside(|| drop(writeln!(io::stderr().lock(), "{}", lines.join("\n"))));
+    let bold = Style::new().for_stderr().bold();
+    let labels = [("error:", bold.clone().red()), ("note:", bold.clone().cyan()), ("help:", bold.green())];
+    let paint = |line: &str| {
+        let label = labels.iter().find(|(label, _)| line.trim_start().starts_with(label));
+        label.map_or(line.to_owned(), |(label, style)| line.replacen(label, &style.apply_to(label).to_string(), 1))
+    };
+    let lines: Vec<String> = message.lines().map(paint).collect();
+    BAR.suspend(|| drop(writeln!(io::stderr().lock(), "{}", lines.join("\n"))));
 }
 
 /// Prints a result as JSON or as text for people, or with `quiet` alone not at all.
 pub(crate) fn show(
-    json: bool,
-    quiet: bool,
-    value: impl FnOnce() -> Value,
+    print_as: &PrintArguments,
+    value: &Value,
     text: impl FnOnce() -> String,
 ) -> Result<(), CommandFailure> {
-    match (json, quiet) {
-        (true, _) => print(&format!("{:#}\n", value())),
+    match (print_as.json, print_as.quiet) {
+        (true, _) => print(&format!("{value:#}\n")),
         (false, false) => print(&text()),
         (false, true) => Ok(()),
     }
 }
 
-/// Writes while the bar, if there is one, is out of the way.
-fn aside<T>(write: impl FnOnce() -> T) -> T {
-    let shown = SHOWN.lock().unwrap_or_else(PoisonError::into_inner).clone();
-    match shown {
-        Some(bar) => bar.suspend(write),
-        None => write(),
-    }
-}
-
-/// A line with its label in colour.
-fn label(line: &str) -> String {
-    let bold = Style::new().for_stderr().bold();
-    let text = line.trim_start();
-    for (label, style) in [("error:", bold.clone().red()), ("note:", bold.clone().cyan()), ("help:", bold.green())] {
-        if let Some(rest) = text.strip_prefix(label) {
-            return format!("{}{}{rest}", &line[..line.len() - text.len()], style.apply_to(label));
-        }
-    }
-    line.to_owned()
-}
-
-/// Lines of a text, broken between words, that fit on the screen (20 columns at least) behind an indent [columns].
-pub(crate) fn wrapped(text: &str, indent: usize) -> Vec<String> {
-    let screen = Term::stdout().size_checked().filter(|(_, columns)| *columns > 0);
-    let width = screen.map_or(WIDEST, |(_, columns)| columns.into()).min(WIDEST).saturating_sub(indent).max(20);
-    let mut lines: Vec<String> = Vec::new();
-    for word in text.split_whitespace() {
-        match lines.last_mut() {
-            Some(line) if line.chars().count() + 1 + word.chars().count() <= width => *line += &format!(" {word}"),
-            _ => lines.push(word.to_owned()),
-        }
-    }
-    lines
-}
-
 /// Every line two blanks further to the right.
 pub(crate) fn indent(text: &str) -> String {
     text.lines().map(|line| format!("  {line}\n")).collect()
+}
+
+/// A part of a text under its title; nothing where there is nothing to say.
+pub(crate) fn part(title: &str, text: &str) -> String {
+    if text.is_empty() { String::new() } else { format!("\n{}\n{}", heading(title), indent(text)) }
 }
 
 /// Title of a part.
@@ -141,13 +112,6 @@ impl TextTable {
         Self { align: align.to_vec(), rows: Vec::new() }
     }
 
-    /// A table with a heading.
-    pub(crate) fn new(columns: &[(&str, Align)]) -> Self {
-        let mut table = Self::plain(&columns.iter().map(|(_, align)| *align).collect::<Vec<_>>());
-        table.row(columns.iter().map(|(name, _)| *name));
-        table
-    }
-
     /// A table of names and values.
     pub(crate) fn pairs<T: Into<String>>(pairs: impl IntoIterator<Item = (T, String)>) -> Self {
         let mut table = Self::plain(&[Align::Left, Align::Left]);
@@ -175,66 +139,48 @@ impl fmt::Display for TextTable {
     }
 }
 
-/// A progress bar on standard error, or nothing.
-pub(crate) struct Bar {
-    bar: ProgressBar,
+/// Shows the bar from now on if it is wanted; beside a log there is none.
+pub(crate) fn begin_bar(print_as: &PrintArguments) {
+    if print_as.quiet || tracing::enabled!(tracing::Level::INFO) {
+        return;
+    }
+    if let Ok(style) = ProgressStyle::with_template("{prefix}{wide_bar:.cyan} {msg}  ≤ {eta} left") {
+        BAR.set_style(style.progress_chars("━╸ "));
+    }
+    BAR.set_draw_target(ProgressDrawTarget::stderr_with_hz(10));
 }
 
-impl Bar {
-    /// A bar that is shown if `wanted` and standard error is a terminal.
-    pub(crate) fn new(wanted: bool) -> Self {
-        let shown = wanted && io::stderr().is_terminal();
-        let target = if shown { ProgressDrawTarget::stderr_with_hz(10) } else { ProgressDrawTarget::hidden() };
-        let bar = ProgressBar::with_draw_target(Some(LENGTH as u64), target);
-        if let Ok(style) = ProgressStyle::with_template("{prefix}{wide_bar:.cyan} {msg}") {
-            bar.set_style(style.progress_chars("━╸ "));
-        }
-        if shown {
-            *SHOWN.lock().unwrap_or_else(PoisonError::into_inner) = Some(bar.clone());
-        }
-        Self { bar }
+/// Shows where a run is. `name`: which of several it is.
+pub(crate) fn show_run(name: &str, at: &Progress) {
+    if BAR.is_hidden() {
+        return;
     }
-
-    /// Shows where a run is.
-    pub(crate) fn show(&self, at: &Progress) {
-        if !self.bar.is_hidden() {
-            self.bar.set_position((LENGTH * at.time / at.end_time) as u64);
-            self.bar.set_message(message(at, self.bar.elapsed().as_secs_f64(), Term::stderr().size().1 < NARROW));
-        }
+    let prefix = if name.is_empty() { String::new() } else { format!("{name}  ") };
+    if BAR.prefix() != prefix || BAR.length() != Some(LENGTH as u64) {
+        BAR.set_prefix(prefix);
+        BAR.set_length(LENGTH as u64);
+        BAR.reset();
     }
-
-    /// Shows which run it is and where it is.
-    pub(crate) fn show_named(&self, name: &str, at: &Progress) {
-        let prefix = format!("{name}  ");
-        if !self.bar.is_hidden() && self.bar.prefix() != prefix {
-            self.bar.set_prefix(prefix);
-            self.bar.reset_elapsed();
-        }
-        self.show(at);
-    }
-
-    /// Shows how much is done, counted in `unit`.
-    pub(crate) fn show_count(&self, name: &str, done: usize, of: usize, unit: &str) {
-        self.bar.set_prefix(format!("{name}  "));
-        self.bar.set_position((LENGTH * done as f64 / of.max(1) as f64) as u64);
-        self.bar.set_message(format!("{done}/{of} {unit}"));
-    }
-
-    /// Takes the bar away.
-    pub(crate) fn clear(&self) {
-        *SHOWN.lock().unwrap_or_else(PoisonError::into_inner) = None;
-        self.bar.finish_and_clear();
-    }
-}
-
-/// Progress of a run after a time [s]: simulated time, velocity, failed yarns, rate, and the time it may still take.
-fn message(at: &Progress, elapsed: f64, narrow: bool) -> String {
-    let rate = at.steps as f64 * at.elements as f64 / elapsed.max(1e-9) / 1e6;
-    let left = duration(elapsed * (at.end_time - at.time).max(0.0) / at.time.max(1e-12));
-    let [yarns, steps] = if narrow { ["failed", "M/s"] } else { ["yarns failed", "M element-steps/s"] };
+    let rate = at.steps as f64 * at.elements as f64 / BAR.elapsed().as_secs_f64().max(1e-9) / 1e6;
     let [time, end] = [at.time, at.end_time].map(|time| time * 1e6);
-    let (velocity, failed) = (at.velocity, at.failed);
-    format!("{time:.0}/{end:.0} µs  {velocity:.1} m/s  {failed} {yarns}  {rate:.1} {steps}  ≤ {left} left")
+    BAR.set_position((LENGTH * at.time / at.end_time) as u64);
+    BAR.set_message(format!(
+        "{time:.0}/{end:.0} µs  {:.1} m/s  {} yarns failed  {rate:.1} M/s",
+        at.velocity, at.failed
+    ));
+}
+
+/// Shows how much is done, counted in `unit`.
+pub(crate) fn show_count(done: u32, of: u32, unit: &str) {
+    BAR.set_length(u64::from(of));
+    BAR.set_position(u64::from(done));
+    BAR.set_message(format!("{done}/{of} {unit}"));
+}
+
+/// Takes the bar away.
+pub(crate) fn end_bar() {
+    BAR.finish_and_clear();
+    BAR.set_draw_target(ProgressDrawTarget::hidden());
 }
 
 /// Starts the log on standard error. Without `-v` and variable there is none, and its messages cost nothing.
@@ -254,22 +200,9 @@ pub(crate) fn start_log(verbose: u8) -> Result<(), CommandFailure> {
         CommandFailure::expected(LOG, expected, found).help(help)
     };
     let targets = filter.parse::<Targets>().map_err(|error| wrong(format!("{filter:?}: {error}")))?;
-    let log = layer().with_writer(|| LogWriter).with_timer(time::uptime()).with_ansi(colors_enabled_stderr());
+    let log = layer().with_writer(io::stderr).with_timer(time::uptime()).with_ansi(colors_enabled_stderr());
     let log = tracing_subscriber::registry().with(targets).with(log.with_target(false));
     log.try_init().map_err(|error| wrong(error.to_string()))
-}
-
-/// Standard error, with the bar out of the way.
-struct LogWriter;
-
-impl Write for LogWriter {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        aside(|| io::stderr().lock().write(bytes))
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        io::stderr().lock().flush()
-    }
 }
 
 /// A flag that the first Ctrl-C (or a polite request to terminate) raises. The second ends the program.

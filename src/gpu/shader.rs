@@ -2,7 +2,7 @@
 
 use super::buffers::BufferId;
 use crate::case::Law;
-use crate::model::features::Features;
+use crate::model::Features;
 
 /// Use of a buffer by a kernel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -9,8 +9,8 @@ pub use super::shader::Stage;
 use super::shader::{self, KERNELS, Kernel};
 use super::submission::{DeviceClock, STAMP_BYTES, StageTimes};
 use super::{Device, DeviceError};
+use crate::model::Features;
 use crate::model::Model;
-use crate::model::features::Features;
 use crate::model::mesh::Grid;
 
 /// Steps in one submission at most.

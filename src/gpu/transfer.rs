@@ -10,9 +10,9 @@ use super::layout::{self, REACH_WORDS, STATUS_WORDS, status};
 use super::stepper::DeviceStepper;
 use crate::model::Model;
 use crate::model::layup::SIDES;
-use crate::solver::active_region::ActiveRegion;
 use crate::solver::element_totals::field as element;
 use crate::solver::node_update::field as node;
+use crate::solver::state::ActiveRegion;
 use crate::solver::state::{Rows, State};
 
 /// Wait for the driver to report a finished mapping.
@@ -260,7 +260,7 @@ fn reach_words(reach: &ActiveRegion) -> [u32; 4] {
 
 fn reach_from(words: &[u32]) -> ActiveRegion {
     let [rows, columns] = [0, 2].map(|at| words[at] as usize..words[at + 1] as usize);
-    if rows.is_empty() { ActiveRegion::nothing() } else { ActiveRegion { rows, columns } }
+    if rows.is_empty() { ActiveRegion::default() } else { ActiveRegion { rows, columns } }
 }
 
 /// From shape (`outer`, inner, nodes) to (inner, `outer`, nodes).

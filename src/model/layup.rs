@@ -5,19 +5,11 @@ use nalgebra::Vector3;
 use crate::case::{Case, Edge, Edges, Layer, Shape, Variability};
 use crate::model::mesh::Mesh;
 use crate::model::{Model, Ply};
-use crate::physics::mirror_planes::{Cut, MirrorPlanes};
 use crate::physics::rigid_body::RigidBody;
+use crate::physics::rigid_body::{Cut, MirrorPlanes};
 
-/// The plies of a pack and the layers they are of.
-pub(super) struct Layup {
-    /// Layers that differ from each other.
-    pub(super) layers: Vec<Layer>,
-    /// The plies, the struck one first.
-    pub(super) plies: Vec<Ply>,
-}
-
-/// The layup of a case.
-pub(super) fn layup(case: &Case) -> Layup {
+/// Layers of a case that differ from each other, and its plies, the struck one first.
+pub(super) fn layup(case: &Case) -> (Vec<Layer>, Vec<Ply>) {
     let mut layers: Vec<Layer> = Vec::new();
     let mut ply_types = Vec::new();
     for layer in case.layers().iter() {
@@ -39,7 +31,7 @@ pub(super) fn layup(case: &Case) -> Layup {
         ply
     };
     let plies = ply_types.iter().enumerate().map(ply).collect();
-    Layup { layers, plies }
+    (layers, plies)
 }
 
 /// In front, behind: the two neighbours of a ply.

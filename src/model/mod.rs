@@ -3,7 +3,6 @@
 //! The model knows no backend. State arrays are laid out (shot, ply, row, column).
 
 pub mod failure_criterion;
-pub mod features;
 pub mod grid_lines;
 pub mod law_energy;
 pub mod layup;
@@ -12,13 +11,13 @@ pub mod ply_type;
 pub mod time_step;
 pub mod unit_cell_curve;
 
-use crate::case::{Case, ContactSampling, Symmetry};
+use crate::case::{Case, ContactSampling, Law, Symmetry};
 use crate::num::scalar::Scalar;
-use crate::physics::mirror_planes::MirrorPlanes;
+use crate::physics::arc_length::MAX_TERMS;
 use crate::physics::projectile_body::Body;
+use crate::physics::rigid_body::MirrorPlanes;
 use crate::physics::rigid_body::RigidBody;
 use failure_criterion::Strength;
-use features::Features;
 use mesh::Grid;
 use ply_type::PlyType;
 use time_step::StepBound;
@@ -114,6 +113,13 @@ pub struct Ply {
     pub touching: f64,
 }
 
+impl<S> Model<S> {
+    /// Places for nodes in every ply.
+    pub fn nodes_per_ply(&self) -> usize {
+        (self.grid.rows + 1) * (self.grid.columns + 1)
+    }
+}
+
 impl<S: Scalar> Model<S> {
     /// Derives the model of the whole scene from a case.
     ///
@@ -133,24 +139,23 @@ impl<S: Scalar> Model<S> {
     }
 
     fn cut(case: &Case, cut: bool) -> Result<Self, ModelError> {
-        let layup = layup::layup(case);
-        let cell =
-            layup.layers.iter().map(|layer| layer.element_length_x.max(layer.element_length_y)).fold(0.0, f64::max);
+        let (layers, plies) = layup::layup(case);
+        let cell = layers.iter().map(|layer| layer.element_length_x.max(layer.element_length_y)).fold(0.0, f64::max);
         let projectile = match &case.projectile {
-            Some(p) => Some(RigidBody::new(p, Body::new(p).map_err(|_| ModelError::EdgeRadius)?, cell)),
+            Some(p) => Some(RigidBody::new(p, Body::new(p).ok_or(ModelError::EdgeRadius)?, cell)),
             None => None,
         };
         let mirror = layup::planes_of(case, projectile.as_ref());
         let planes = if cut { mirror } else { MirrorPlanes::NONE };
         let ply_type = |layer| PlyType::new(case, layer, planes);
-        let ply_types = layup.layers.iter().map(ply_type).collect::<Result<Vec<_>, _>>()?;
+        let ply_types = layers.iter().map(ply_type).collect::<Result<Vec<_>, _>>()?;
         let bounds = ply_types.iter().map(|ply_type| ply_type.bound);
         let bound = bounds.reduce(|a, b| if b.critical_step < a.critical_step { b } else { a }).unwrap_or_default();
-        let still = layup.layers.iter().all(|layer| layer.initial_velocity == [0.0; 3]);
-        let grid = Grid::new(layup.plies.len(), ply_types.iter().map(|ply_type| &ply_type.mesh));
+        let still = layers.iter().all(|layer| layer.initial_velocity == [0.0; 3]);
+        let grid = Grid::new(plies.len(), ply_types.iter().map(|ply_type| &ply_type.mesh));
         Ok(Self {
             grid,
-            strength: Strength::new(case, &ply_types, &layup.plies, grid.rows, grid.columns),
+            strength: Strength::new(case, &ply_types, &plies, grid.rows, grid.columns),
             dt: case.solver.courant * bound.critical_step,
             friction: case.projectile.as_ref().map_or(0.0, |p| p.friction),
             edges: case.solver.contact_sampling == ContactSampling::Edges
@@ -158,7 +163,7 @@ impl<S: Scalar> Model<S> {
             ply_friction: case.pack.friction,
             at_rest: still && case.pack.initial_deflection.is_none() && case.pack.pretension.is_none(),
             ply_types,
-            plies: layup.plies,
+            plies,
             bound,
             projectile: projectile.map(|body| body.part(planes)),
             planes,
@@ -169,6 +174,23 @@ impl<S: Scalar> Model<S> {
     /// Features of the scene.
     pub fn features(&self) -> Features {
         Features::of_all(self, &self.ply_types)
+    }
+
+    /// Every node: ply, row, column.
+    pub fn node_places(&self) -> impl Iterator<Item = [usize; 3]> {
+        self.places(1)
+    }
+
+    /// Every element: ply, row, column.
+    pub fn element_places(&self) -> impl Iterator<Item = [usize; 3]> {
+        self.places(0)
+    }
+
+    fn places(&self, more: usize) -> impl Iterator<Item = [usize; 3]> {
+        (0..self.plies.len()).flat_map(move |ply| {
+            let [rows, columns] = [self.ply_type(ply).mesh.rows + more, self.ply_type(ply).mesh.columns + more];
+            (0..rows).flat_map(move |row| (0..columns).map(move |column| [ply, row, column]))
+        })
     }
 
     /// The ply type of a ply.
@@ -206,20 +228,83 @@ impl<S: Scalar> Model<S> {
         let [right, up] = self.ply_type(ply).mesh.first_in_whole();
         [ply, row + up, column + right]
     }
-}
 
-impl<S> Model<S> {
-    /// Places for nodes in every ply.
-    pub fn nodes_per_ply(&self) -> usize {
-        (self.grid.rows + 1) * (self.grid.columns + 1)
-    }
-}
-
-impl<S: Scalar> Model<S> {
     /// Reference position of a node in the pack's axes [m].
     pub fn reference(&self, ply: usize, row: usize, column: usize) -> [f64; 3] {
         let mesh = &self.ply_type(ply).mesh;
         let [x, y] = mesh.reference(row, column);
         mesh.to_pack([x, y, self.plies[ply].z])
+    }
+}
+
+/// Features of a scene: terms of the model that it has. A device leaves the others out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Features {
+    /// Unit-cell law.
+    pub law: Law,
+    /// The yarn whose height is the unknown of the unit cell: 0 warp, 1 weft.
+    pub pivot: usize,
+    /// Terms of the arc length series.
+    pub series: usize,
+    /// Yarns flatten where they cross.
+    pub compression: bool,
+    /// Trellis shear.
+    pub shear: bool,
+    /// Elements have hourglass stiffness.
+    pub hourglass: bool,
+    /// Stretches are means over an element, so that its yarns act on the hourglass mode too.
+    pub mean_stretch: bool,
+    /// The unit-cell law makes energy by itself.
+    pub law_energy: bool,
+    /// Yarns have shock viscosity.
+    pub viscous: bool,
+    /// Pieces of yarn differ in strength.
+    pub strength: bool,
+    /// There is a projectile.
+    pub projectile: bool,
+    /// Friction acts on the projectile.
+    pub friction: bool,
+    /// The rim of its face is sampled too.
+    pub edges: bool,
+    /// Rotation of the projectile is free.
+    pub rotation: bool,
+    /// There are plies that may touch each other.
+    pub plies: bool,
+    /// Friction acts between plies.
+    pub ply_friction: bool,
+    /// Elements of a ply differ in size.
+    pub graded: bool,
+}
+
+impl Features {
+    /// Features of one ply type of a model.
+    pub fn new<S>(model: &Model<S>, ply_type: &PlyType<S>) -> Self {
+        Self::of_all(model, std::slice::from_ref(ply_type))
+    }
+
+    /// Features that any of these ply types has; law, pivot and series are those of the first.
+    fn of_all<S>(model: &Model<S>, ply_types: &[PlyType<S>]) -> Self {
+        let any = |has: &dyn Fn(&PlyType<S>) -> bool| ply_types.iter().any(has);
+        let (first, projectile) = (&ply_types[0], model.projectile.as_ref());
+        Self {
+            law: first.law,
+            pivot: first.cell.pivot,
+            series: first.cell.yarn.iter().map(|yarn| yarn.terms).max().unwrap_or(MAX_TERMS),
+            compression: any(&|t| t.cell.compression[0] > 0.0),
+            shear: any(&|t| t.has_shear),
+            hourglass: any(&|t| t.element.hourglass.iter().any(|k| *k > 0.0)),
+            mean_stretch: any(&|t| t.element.mode_share > 0.0),
+            law_energy: any(&|t| t.law_energy.is_some()),
+            viscous: any(&|t| t.viscous),
+            strength: model.strength.is_some(),
+            projectile: projectile.is_some(),
+            friction: projectile.is_some() && model.friction > 0.0,
+            edges: model.edges,
+            rotation: projectile.is_some_and(|p| !p.locked),
+            plies: model.plies.len() > 1,
+            ply_friction: model.plies.len() > 1 && model.ply_friction > 0.0,
+            graded: any(&|t| t.mesh.is_graded()),
+        }
     }
 }

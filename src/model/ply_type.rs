@@ -10,9 +10,9 @@ use crate::model::time_step::{InitialStretch, StepBound, let_go, stretch_of_pret
 use crate::model::{ModelError, law_energy, layup};
 use crate::num::scalar::Scalar;
 use crate::physics::crossover::compression_energy;
-use crate::physics::element_geometry::ElementConstants;
-use crate::physics::mirror_planes::MirrorPlanes;
-use crate::physics::shear::ShearConstants;
+use crate::physics::kinematics::ElementConstants;
+use crate::physics::membrane::ShearConstants;
+use crate::physics::rigid_body::MirrorPlanes;
 use crate::physics::unit_cell_parameters::UnitCellParameters;
 use crate::physics::yarn_law::LawKernel;
 
@@ -260,5 +260,23 @@ impl<S: Scalar> Columns<S> {
 }
 
 #[cfg(test)]
-#[path = "ply_type_tests.rs"]
-mod tests;
+mod tests {
+    use crate::case;
+    use crate::model::Model;
+
+    #[test]
+    fn shock_viscosity_grows_up_to_elements_of_one_crossover() {
+        let length = |set: &str| {
+            let case = case::shipped(&["/expect=[]", set]);
+            let model = Model::<f64>::new(&case).unwrap_or_else(|error| unreachable!("{error}"));
+            model.ply_type(0).element.viscous_length
+        };
+        for (set, expected) in [
+            ("/pack/elements_per_crossover=4", 4.0),
+            ("/pack/elements_per_crossover=8", 8.0),
+            ("/pack/crossovers_per_element=2", 1.0),
+        ] {
+            assert!(length(set).iter().all(|got| (got / expected - 1.0).abs() < 1e-12), "{set}: {:?}", length(set));
+        }
+    }
+}

@@ -6,11 +6,13 @@ use crate::physics::arc_length::arc_length;
 use crate::physics::crossover;
 use crate::physics::crossover::Equilibrium;
 use crate::physics::unit_cell_parameters::UnitCellParameters;
-use crate::physics::yarn_law::SHORTEST;
-use crate::physics::yarn_law::{LawKernel, Published, StretchResponse, YarnConstants, YarnResponse};
+use crate::physics::yarn_law::{
+    LawKernel, Published, SHORTEST, StretchResponse, Variational, YarnConstants, YarnResponse,
+};
 
 /// Unit-cell law of a curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum CurveLaw {
     /// The paper's, with the tension T in the plane.
     Published,
@@ -75,17 +77,23 @@ pub fn solve(fabric: &Fabric, warp: &[f64], weft: &[f64]) -> Vec<CurvePoint> {
 
 /// Every pair of these stretches with a law of choice.
 pub fn solve_with(fabric: &Fabric, law: CurveLaw, warp: &[f64], weft: &[f64]) -> Vec<CurvePoint> {
-    let exact = parameters(fabric, law);
-    let both = fabric.warp.present && fabric.weft.present;
-    crate::with_curve_law!(law, L => {
-        let cell = UnitCellParameters::<f64>::cast::<L>(&exact);
-        let rest = [cell.yarn[0].height, cell.yarn[1].height];
-        let at = |stretch: [f64; 2]| {
-            let excess = stretch.map(|stretch| stretch - 1.0);
-            CurvePoint { stretch, cell: crossover::solve::<f64, L>(&cell, excess, rest, both) }
-        };
-        warp.iter().flat_map(|&warp| weft.iter().map(move |&weft| [warp, weft])).map(at).collect()
-    })
+    let curve = match law {
+        CurveLaw::Published => curve::<Published>,
+        CurveLaw::Projected => curve::<Projected>,
+        CurveLaw::Variational => curve::<Variational>,
+        CurveLaw::Kawabata => curve::<Kawabata>,
+    };
+    curve(&parameters(fabric, law), fabric.warp.present && fabric.weft.present, warp, weft)
+}
+
+fn curve<L: LawKernel>(exact: &UnitCellParameters<f64>, both: bool, warp: &[f64], weft: &[f64]) -> Vec<CurvePoint> {
+    let cell = UnitCellParameters::<f64>::cast::<L>(exact);
+    let rest = cell.yarn.map(|yarn| yarn.height);
+    let at = |stretch: [f64; 2]| {
+        let excess = stretch.map(|stretch| stretch - 1.0);
+        CurvePoint { stretch, cell: crossover::solve::<f64, L>(&cell, excess, rest, both) }
+    };
+    warp.iter().flat_map(|&warp| weft.iter().map(move |&weft| [warp, weft])).map(at).collect()
 }
 
 /// Constants of a fabric's cell under a law.
@@ -94,27 +102,6 @@ pub fn parameters(fabric: &Fabric, law: CurveLaw) -> UnitCellParameters<f64> {
         CurveLaw::Kawabata => UnitCellParameters::with_rest_height(fabric, |crimp| (crimp * (2.0 + crimp)).sqrt()),
         _ => UnitCellParameters::new(fabric),
     }
-}
-
-/// Calls `$body` with `$law` bound to the kernel type of a [`CurveLaw`].
-#[doc(hidden)]
-#[macro_export]
-macro_rules! with_curve_law {
-    ($which:expr, $law:ident => $body:expr) => {{
-        use $crate::model::unit_cell_curve::CurveLaw;
-        match $which {
-            CurveLaw::Published => $crate::with_law!($crate::case::Law::Published, $law => $body),
-            CurveLaw::Variational => $crate::with_law!($crate::case::Law::Variational, $law => $body),
-            CurveLaw::Projected => {
-                type $law = $crate::model::unit_cell_curve::Projected;
-                $body
-            }
-            CurveLaw::Kawabata => {
-                type $law = $crate::model::unit_cell_curve::Kawabata;
-                $body
-            }
-        }
-    }};
 }
 
 /// The paper's law with T cos α as in-plane force.

@@ -1,7 +1,6 @@
 //! Random numbers that are a function of what they are for: Philox4x32-10 (Salmon, Moraes, Dror & Shaw 2011).
 //!
 //! A draw is keyed by seed, shot, ply, yarn and element, and by nothing else: it does not depend on which shots ran before, or beside it.
-//! Only 32-bit integers take part, so that a shader can draw the same bits.
 
 use libm::tgamma;
 
@@ -51,20 +50,11 @@ pub fn philox(mut counter: [u32; 4], mut key: [u32; 2]) -> [u32; 4] {
         if round > 0 {
             key = [key[0].wrapping_add(INCREMENTS[0]), key[1].wrapping_add(INCREMENTS[1])];
         }
-        let [high0, low0] = product(MULTIPLIERS[0], counter[0]);
-        let [high1, low1] = product(MULTIPLIERS[1], counter[2]);
+        let product = |i: usize| u64::from(MULTIPLIERS[i]) * u64::from(counter[2 * i]);
+        let [(high0, low0), (high1, low1)] = [product(0), product(1)].map(|p| ((p >> 32) as u32, p as u32));
         counter = [high1 ^ counter[1] ^ key[0], low1, high0 ^ counter[3] ^ key[1], low0];
     }
     counter
-}
-
-/// Upper and lower half of a product, from products of half words: WGSL has no wider integers.
-fn product(a: u32, b: u32) -> [u32; 2] {
-    let ([a0, a1], [b0, b1]) = ([a & 0xFFFF, a >> 16], [b & 0xFFFF, b >> 16]);
-    // Neither sum can overflow: (2¹⁶ − 1)² + 2 (2¹⁶ − 1) = 2³² − 1.
-    let middle = a1 * b0 + ((a0 * b0) >> 16);
-    let carry = a0 * b1 + (middle & 0xFFFF);
-    [a1 * b1 + (middle >> 16) + (carry >> 16), a.wrapping_mul(b)]
 }
 
 /// Strength of a length of yarn.
@@ -105,7 +95,3 @@ impl Weibull {
         (tgamma(1.0 + 2.0 / self.shape) / (mean * mean) - 1.0).sqrt()
     }
 }
-
-#[cfg(test)]
-#[path = "random_tests.rs"]
-mod tests;

@@ -16,10 +16,10 @@ pub enum Vectors {
     /// One number at a time.
     None,
     /// 512 bits.
-    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    #[cfg(target_arch = "x86_64")]
     Avx512(fearless_simd::Avx512),
     /// 256 bits.
-    #[cfg(all(any(target_arch = "x86", target_arch = "x86_64"), not(feature = "quick-build")))]
+    #[cfg(all(target_arch = "x86_64", not(feature = "quick-build")))]
     Avx2(fearless_simd::Avx2),
     /// 128 bits.
     #[cfg(target_arch = "aarch64")]
@@ -30,7 +30,7 @@ impl Vectors {
     /// Every kind this processor can compute with, the widest first.
     pub fn all() -> Vec<Self> {
         let mut all = Vec::new();
-        #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+        #[cfg(target_arch = "x86_64")]
         {
             let level = fearless_simd::Level::new();
             all.extend(level.as_avx512().map(Self::Avx512));
@@ -52,9 +52,9 @@ impl Vectors {
     pub fn name(self) -> &'static str {
         match self {
             Self::None => "scalar",
-            #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+            #[cfg(target_arch = "x86_64")]
             Self::Avx512(_) => "avx512",
-            #[cfg(all(any(target_arch = "x86", target_arch = "x86_64"), not(feature = "quick-build")))]
+            #[cfg(all(target_arch = "x86_64", not(feature = "quick-build")))]
             Self::Avx2(_) => "avx2",
             #[cfg(target_arch = "aarch64")]
             Self::Neon(_) => "neon",
@@ -65,29 +65,14 @@ impl Vectors {
 macro_rules! lanes {
     ($name:ident, $mask:ident, $vector:ident, $truth:ident, $scalar:ident, $half:literal, $third:expr, $bias:expr) => {
         /// As many numbers as a register holds.
-        #[derive(Debug)]
+        #[derive(Clone, Copy, Debug)]
         #[repr(transparent)]
         pub struct $name<S: Simd>(S::$vector);
 
         /// As many truth values.
-        #[derive(Debug)]
+        #[derive(Clone, Copy, Debug)]
         #[repr(transparent)]
         pub struct $mask<S: Simd>(S::$truth);
-
-        impl<S: Simd> Clone for $name<S> {
-            #[inline(always)]
-            fn clone(&self) -> Self {
-                *self
-            }
-        }
-        impl<S: Simd> Copy for $name<S> {}
-        impl<S: Simd> Clone for $mask<S> {
-            #[inline(always)]
-            fn clone(&self) -> Self {
-                *self
-            }
-        }
-        impl<S: Simd> Copy for $mask<S> {}
 
         impl<S: Simd> $name<S> {
             /// Zeros.
@@ -96,28 +81,14 @@ macro_rules! lanes {
             }
         }
 
-        lanes!(@operator $name Add add);
-        lanes!(@operator $name Sub sub);
-        lanes!(@operator $name Mul mul);
-        lanes!(@operator $name Div div);
-        lanes!(@operator $mask BitAnd bitand);
-        lanes!(@operator $mask BitOr bitor);
-
-        impl<S: Simd> Neg for $name<S> {
-            type Output = Self;
-            #[inline(always)]
-            fn neg(self) -> Self {
-                Self(-self.0)
-            }
-        }
-
-        impl<S: Simd> Not for $mask<S> {
-            type Output = Self;
-            #[inline(always)]
-            fn not(self) -> Self {
-                Self(!self.0)
-            }
-        }
+        lanes!(@operator $name Add add other);
+        lanes!(@operator $name Sub sub other);
+        lanes!(@operator $name Mul mul other);
+        lanes!(@operator $name Div div other);
+        lanes!(@operator $name Neg neg);
+        lanes!(@operator $mask BitAnd bitand other);
+        lanes!(@operator $mask BitOr bitor other);
+        lanes!(@operator $mask Not not);
 
         impl<S: Simd> Mask for $mask<S> {
             const LANES: usize = <S::$truth as SimdMask<S>>::LEN;
@@ -199,12 +170,12 @@ macro_rules! lanes {
                 Self(mask.0.select(yes.0, no.0))
             }
             // On other processors a register's maximum may differ from that of one number in the sign of a zero.
-            #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+            #[cfg(target_arch = "x86_64")]
             #[inline(always)]
             fn max(self, other: Self) -> Self {
                 Self(self.0.max(other.0))
             }
-            #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+            #[cfg(target_arch = "x86_64")]
             #[inline(always)]
             fn min(self, other: Self) -> Self {
                 Self(self.0.min(other.0))
@@ -217,12 +188,12 @@ macro_rules! lanes {
             }
         }
     };
-    (@operator $name:ident $trait:ident $method:ident) => {
+    (@operator $name:ident $trait:ident $method:ident $($other:ident)?) => {
         impl<S: Simd> $trait for $name<S> {
             type Output = Self;
             #[inline(always)]
-            fn $method(self, other: Self) -> Self {
-                Self(self.0.$method(other.0))
+            fn $method(self $(, $other: Self)?) -> Self {
+                Self(self.0.$method($($other.0)?))
             }
         }
     };
@@ -236,28 +207,18 @@ lanes!(F32s, F32Mask, f32s, mask32s, f32, 16, F32_THIRD, F32_BIAS);
 pub struct Pair<R>(R, R);
 
 macro_rules! pair {
-    ($($trait:ident $method:ident),+) => {$(
+    ($($trait:ident $method:ident $($other:ident)?),+) => {$(
         impl<R: $trait<Output = R>> $trait for Pair<R> {
             type Output = Self;
             #[inline(always)]
-            fn $method(self, other: Self) -> Self {
-                Self(self.0.$method(other.0), self.1.$method(other.1))
-            }
-        }
-    )+};
-    (@one $($trait:ident $method:ident),+) => {$(
-        impl<R: $trait<Output = R>> $trait for Pair<R> {
-            type Output = Self;
-            #[inline(always)]
-            fn $method(self) -> Self {
-                Self(self.0.$method(), self.1.$method())
+            fn $method(self $(, $other: Self)?) -> Self {
+                Self(self.0.$method($($other.0)?), self.1.$method($($other.1)?))
             }
         }
     )+};
 }
 
-pair!(Add add, Sub sub, Mul mul, Div div, BitAnd bitand, BitOr bitor);
-pair!(@one Neg neg, Not not);
+pair!(Add add other, Sub sub other, Mul mul other, Div div other, Neg neg, BitAnd bitand other, BitOr bitor other, Not not);
 
 impl<M: Mask> Mask for Pair<M> {
     const LANES: usize = 2 * M::LANES;

@@ -13,7 +13,7 @@ use super::surface::SurfaceMesh;
 use crate::case::Case;
 use crate::model::Model;
 use crate::num::scalar::Scalar;
-use crate::physics::mirror_planes::MirrorPlanes;
+use crate::physics::rigid_body::MirrorPlanes;
 use crate::run::frame::{Pose, Schedule, even};
 use crate::run::{Observer, View, attached};
 use crate::solver::element_totals::field as element;

@@ -279,7 +279,7 @@ fn width(case: &Case) -> Option<Check> {
 /// lines of nodes do not follow it, as measured on one fabric, S-720; `None` where that was not measured or nothing broke.
 pub fn scatter(case: &Case, run: &Run) -> Option<f64> {
     let projectile = case.projectile.as_ref().filter(|p| p.motion == Motion::Free)?;
-    let has_rim = Body::new(projectile).ok()?.profile.has_round_rim() && projectile.edge_radius == 0.0;
+    let has_rim = Body::new(projectile)?.profile.has_round_rim() && projectile.edge_radius == 0.0;
     let left = residual_velocity(case, run)?;
     if run.outcome != Outcome::Perforated || !has_rim || run.events.is_empty() || left <= 0.0 {
         return None;
@@ -294,7 +294,7 @@ pub fn scatter(case: &Case, run: &Run) -> Option<f64> {
 fn mesh_under_hit(case: &Case, run: &Run) -> Check {
     let broken: u64 = run.history.last().map_or(0, |row| row.failed.iter().sum());
     let load = run.history.iter().map(|row| row.balance.max_load).fold(0.0, f64::max);
-    let body = case.projectile.as_ref().and_then(|projectile| Body::new(projectile).ok());
+    let body = case.projectile.as_ref().and_then(Body::new);
     let has_rim = body.is_some_and(|body| body.profile.has_round_rim());
     // An ogive without a tip is half a ball.
     let is_ball = case.projectile.as_ref().is_some_and(|p| match p.shape {

@@ -304,7 +304,7 @@ fn fabric(scene: &Scene, frame: &Frame) -> io::Result<Vec<u8>> {
 }
 
 fn projectile(case: &Case, scene: &Scene, frame: &Frame) -> io::Result<Vec<u8>> {
-    let start = case.projectile.as_ref().and_then(|of| Some(RigidBody::new(of, Body::new(of).ok()?, 0.0)));
+    let start = case.projectile.as_ref().and_then(|of| Some(RigidBody::new(of, Body::new(of)?, 0.0)));
     let (Some(start), Some(pose)) = (start, &frame.projectile) else { return Err(io::ErrorKind::NotFound.into()) };
     let surface = SurfaceMesh::new(&start.body, scene.reference.iter());
     let [w, x, y, z] = pose.rotation;

@@ -30,7 +30,6 @@ pub use expect::check;
 #[doc(hidden)]
 pub use folder::temporary;
 pub use folder::{CHECKPOINT, CheckpointWriter, Folder, OutputError, StagedFrames};
-pub(crate) use summary::velocity_left;
 pub use summary::{Energies, Verdict, absorbed_energy, costs, flies_freely, residual_velocity, summary, verdict};
 #[doc(hidden)]
 pub use summary::{place, reached, symmetry};

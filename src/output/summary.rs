@@ -8,7 +8,7 @@ use super::expect;
 use super::number::{fixed, grouped, short, us};
 use super::warnings::assumed_fields;
 use crate::case::{Case, Motion, case_hash};
-use crate::physics::mirror_planes::MirrorPlanes;
+use crate::physics::rigid_body::MirrorPlanes;
 use crate::run::outcome::Outcome;
 use crate::run::{PlySample, Run, Sample};
 use crate::solver::Divergence;
@@ -42,11 +42,7 @@ pub fn absorbed_energy(run: &Run) -> f64 {
 
 /// Velocity along the line of flight that is left [m/s]; `None` where nothing flies.
 pub fn residual_velocity(case: &Case, run: &Run) -> Option<f64> {
-    case.projectile.as_ref().and_then(|_| velocity_left(run))
-}
-
-/// Velocity left of a run with a projectile [m/s]; `None` without a history.
-pub(crate) fn velocity_left(run: &Run) -> Option<f64> {
+    case.projectile.as_ref()?;
     match run.outcome {
         Outcome::Stopped => Some(0.0),
         _ => run.history.last().map(|row| row.projectile_velocity),
@@ -166,7 +162,6 @@ fn origin(case: &Case, run: &Run, checks: &[Check]) -> Value {
         "adapter": run.adapter,
         "threads": run.threads,
         "precision": run.precision,
-        "terms": run.features.list().into_iter().map(|(name, value)| (name.to_owned(), value.into())).collect::<Map<_, _>>(),
         "version": env!("CARGO_PKG_VERSION"),
         "case": case.name,
         "case_hash": case_hash(&case.as_run),

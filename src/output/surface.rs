@@ -100,7 +100,7 @@ impl SurfaceMesh {
 }
 
 /// The outline (ρ, s) with its roundings, from the nose on the axis to the tail on the axis.
-fn outline(profile: &Outline<f64>) -> Vec<[f64; 2]> {
+fn outline(profile: &Outline) -> Vec<[f64; 2]> {
     let mut points: Vec<[f64; 2]> = Vec::new();
     let mut facing = [0.0, 1.0];
     for i in 0..profile.count {
@@ -200,7 +200,7 @@ mod tests {
         for (shape, volume, ends) in bodies() {
             let projectile = format!(r#"/projectile={{{shape}, "diameter_mm": 6, "mass_g": 1, "velocity_m_s": 300}}"#);
             let case = crate::case::shipped(&[&projectile, "/expect=[]"]);
-            let body = case.projectile.as_ref().and_then(|projectile| Body::new(projectile).ok());
+            let body = case.projectile.as_ref().and_then(Body::new);
             let surface = SurfaceMesh::new(&body.unwrap_or_else(|| unreachable!("{shape}")), pack.iter());
             let around =
                 |face: &Vec<usize>| (0..face.len()).map(|n| (face[n], face[(n + 1) % face.len()])).collect::<Vec<_>>();

@@ -5,8 +5,116 @@
 //! mean of its square, Λ1² = |F1|² + |q1|²/3. At its centre alone an element is shorter than its yarns wherever a kink runs across it, as
 //! at the rim of a projectile and at the front of the transverse wave: then limits are lower and converge slowly (docs/decisions/06).
 
-use crate::num::scalar::{Real, each};
-use crate::physics::element_geometry::ElementGeometry;
+use crate::num::scalar::{Real, Scalar, each};
+use crate::physics::membrane::ShearConstants;
+use crate::physics::unit_cell_parameters::UnitCellParameters;
+
+/// Constants of the element kernel; lengths are those of the finest elements.
+#[derive(Clone, Copy, Debug)]
+pub struct ElementConstants<R> {
+    /// Unit cell.
+    pub cell: UnitCellParameters<R>,
+    /// Trellis shear.
+    pub shear: ShearConstants<R>,
+    /// 1/(2·Lx), 1/(2·Ly) [1/m].
+    pub gradient: [R; 2],
+    /// Tension to force: (Ly/2)/(2·w02) and (Lx/2)/(2·w01) [-].
+    pub membrane: [R; 2],
+    /// Shear resultant to force: Ly/2, Lx/2 [m].
+    pub half_length: [R; 2],
+    /// Hourglass stiffness contributed by each yarn while both are alive [N/m].
+    pub hourglass: [R; 2],
+    /// Shock viscosity of warp and weft over the stiffness, q1·L/c with c the wave speed of the straight yarn in the fabric [s].
+    pub viscosity: [R; 2],
+    /// Length of an element along x and y above which the shock viscosity of smooth waves grows no more, over that of the finest [-].
+    pub viscous_length: [R; 2],
+    /// 1 over the stretch that a front adds while it crosses an element, and from which the viscosity of the whole length acts, over the
+    /// coefficient of the viscosity [-].
+    pub per_steep: R,
+    /// Share of |q|² in Λ² [-]: ⅓ where stretches are means over the element, 0 where they are those at its centre.
+    pub mode_share: R,
+    /// Crossovers per element, and element area [m²], for energies.
+    pub cells: R,
+    /// [m²]
+    pub area: R,
+}
+
+impl<S: Scalar> ElementConstants<S> {
+    /// Constants in other numbers, with the unit cell as they see it.
+    pub(crate) fn map<R>(&self, cell: UnitCellParameters<R>, to: impl Fn(S) -> R) -> ElementConstants<R> {
+        let pair = |values: [S; 2]| values.map(&to);
+        ElementConstants {
+            cell,
+            shear: self.shear.map(&to),
+            gradient: pair(self.gradient),
+            membrane: pair(self.membrane),
+            half_length: pair(self.half_length),
+            hourglass: pair(self.hourglass),
+            viscosity: pair(self.viscosity),
+            viscous_length: pair(self.viscous_length),
+            per_steep: to(self.per_steep),
+            mode_share: to(self.mode_share),
+            cells: to(self.cells),
+            area: to(self.area),
+        }
+    }
+}
+
+/// The constants of an element's own size, otherwise as in [`ElementConstants`].
+#[derive(Clone, Copy)]
+pub(crate) struct ElementGeometry<R> {
+    pub(crate) gradient: [R; 2],
+    pub(crate) membrane: [R; 2],
+    pub(crate) half_length: [R; 2],
+    pub(crate) hourglass: [R; 2],
+    pub(crate) viscosity: [R; 2],
+    /// That in proportion to the whole length, which acts at steep fronts.
+    pub(crate) steep_viscosity: [R; 2],
+    /// Along the row.
+    pub(crate) viscous_length: R,
+    pub(crate) mode_share: R,
+    pub(crate) cells: R,
+    pub(crate) area: R,
+}
+
+impl<R: Real> ElementGeometry<R> {
+    /// Elements of the finest length, as high as `height` of the finest.
+    #[inline(always)]
+    pub(crate) fn of_row(c: &ElementConstants<R>, height: f64) -> Self {
+        let (size, per_size) = (c.area.splat_like(height), c.area.splat_like(1.0 / height));
+        Self {
+            gradient: [c.gradient[0], c.gradient[1] * per_size],
+            membrane: [c.membrane[0] * size, c.membrane[1]],
+            half_length: [c.half_length[0] * size, c.half_length[1]],
+            // A surface twisted alike has a mode in proportion to the area: with a stiffness in proportion to its inverse coarse elements
+            // hold no more hourglass energy than fine ones.
+            hourglass: [c.hourglass[0], c.hourglass[1] * per_size * per_size],
+            viscosity: [c.viscosity[0], c.viscosity[1] * size.min(c.viscous_length[1])],
+            steep_viscosity: [c.viscosity[0], c.viscosity[1] * size],
+            viscous_length: c.viscous_length[0],
+            mode_share: c.mode_share,
+            cells: c.cells * size,
+            area: c.area * size,
+        }
+    }
+
+    /// Elements as long as `width` of the finest, as high as these.
+    #[inline(always)]
+    pub(crate) fn of_columns(&self, width: R, per_width: R) -> Self {
+        Self {
+            gradient: [self.gradient[0] * per_width, self.gradient[1]],
+            membrane: [self.membrane[0], self.membrane[1] * width],
+            half_length: [self.half_length[0], self.half_length[1] * width],
+            hourglass: [self.hourglass[0] * per_width * per_width, self.hourglass[1]],
+            viscosity: [self.viscosity[0] * width.min(self.viscous_length), self.viscosity[1]],
+            steep_viscosity: [self.steep_viscosity[0] * width, self.steep_viscosity[1]],
+            viscous_length: self.viscous_length,
+            mode_share: self.mode_share,
+            cells: self.cells * width,
+            area: self.area * width,
+        }
+    }
+}
 
 /// Gradients, stretches and directions of an element.
 pub(crate) struct Kinematics<R> {
@@ -114,5 +222,94 @@ impl<R: Real> Growth<R> {
 }
 
 #[cfg(test)]
-#[path = "kinematics_tests.rs"]
-mod tests;
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
+
+    use super::*;
+    /// Elements of 2 × 1.5 mm.
+    const SIZE: ElementGeometry<f64> = ElementGeometry {
+        gradient: [250.0, 1.0 / 3e-3],
+        membrane: [1.0; 2],
+        half_length: [1.0; 2],
+        hourglass: [0.0; 2],
+        viscosity: [0.0; 2],
+        steep_viscosity: [0.0; 2],
+        viscous_length: 1.0,
+        mode_share: 1.0 / 3.0,
+        cells: 1.0,
+        area: 3e-6,
+    };
+
+    #[test]
+    fn a_stretch_is_the_root_of_the_mean_square_over_the_element() {
+        // Corners of an element of 2 × 1.5 mm, moved anyhow, counter-clockwise.
+        let place =
+            [[0.1, 0.2, -0.3], [2.3, 0.1, 0.4], [1.9, 1.6, -0.2], [-0.2, 1.4, 0.5]].map(|p| p.map(|x| 1e-3 * x));
+        let flat = [[0.0, 0.0, 0.0], [2e-3, 0.0, 0.0], [2e-3, 1.5e-3, 0.0], [0.0, 1.5e-3, 0.0]];
+        let [x, y, z] = [0, 1, 2].map(|a| differences(&[0, 1, 2, 3].map(|c: usize| place[c][a] - flat[c][a])));
+        // Gradients across the element, and Simpson's rule, which is exact for their squares.
+        let gradient = |from: [usize; 2], to: [usize; 2], length: f64, at: f64| {
+            let edge = |i: usize, a: usize| (place[to[i]][a] - place[from[i]][a]) / length;
+            (0..3).map(|a| ((1.0 - at) * edge(0, a) + at * edge(1, a)).powi(2)).sum::<f64>()
+        };
+        let mean = |from, to, length| {
+            let [low, middle, high] = [0.0, 0.5, 1.0].map(|at| gradient(from, to, length, at));
+            ((low + 4.0 * middle + high) / 6.0).sqrt()
+        };
+        let k = kinematics(&SIZE, [&x, &y, &z]);
+        let (warp, weft) = (mean([0, 3], [1, 2], 2e-3), mean([0, 1], [3, 2], 1.5e-3));
+        assert!((k.extension[0] - (warp - 1.0)).abs() < 1e-14 && (k.extension[1] - (weft - 1.0)).abs() < 1e-14);
+        // The paper's stretch is that at the centre.
+        let centre = kinematics(&ElementGeometry { mode_share: 0.0, ..SIZE }, [&x, &y, &z]);
+        assert!(centre.extension[0] < k.extension[0] - 1e-3);
+    }
+
+    #[test]
+    fn stretches_grow_by_what_their_rates_say_to_second_order() {
+        // By component: differences along X and Y, and of opposite edges [m], [m/s].
+        let u = [[2e-4, 4e-4, -6e-4], [-3e-4, 1e-4, 3e-4], [5e-4, -6e-4, 9e-4]];
+        let v = [[30.0, -20.0, 25.0], [14.0, 35.0, -31.0], [-25.0, 40.0, 18.0]];
+        let now = kinematics(&SIZE, u.each_ref());
+        let off = |dt: f64| {
+            let before = [0, 1, 2].map(|a: usize| [0, 1, 2].map(|i: usize| u[a][i] - dt * v[a][i]));
+            let before = kinematics(&SIZE, before.each_ref());
+            let grown = Growth::new(&SIZE, &now, &v, dt).stretching(&now);
+            [0, 1].map(|i| (grown[i] - (now.extension[i] - before.extension[i])).abs())
+        };
+        let [coarse, fine] = [off(4e-6), off(2e-6)];
+        for i in 0..2 {
+            // The error is of third order.
+            assert!(coarse[i] < 1e-3 && fine[i] < coarse[i] / 6.0, "{coarse:?} {fine:?}");
+        }
+    }
+
+    #[test]
+    fn a_larger_element_has_the_constants_of_its_own_lengths() {
+        let case = crate::case::shipped(&[]);
+        // Every constant another number, so that no two can be mistaken for each other.
+        let c = ElementConstants::<f64> {
+            gradient: [2.0, 3.0],
+            membrane: [5.0, 7.0],
+            half_length: [11.0, 13.0],
+            hourglass: [17.0, 19.0],
+            viscosity: [23.0, 29.0],
+            viscous_length: [8.0, 6.0],
+            mode_share: 41.0,
+            cells: 31.0,
+            area: 37.0,
+            ..crate::model::Model::<f64>::new(&case).unwrap().ply_types[0].element
+        };
+        // Four times as high, eight times as long: powers of two round nothing.
+        let size = ElementGeometry::of_row(&c, 4.0).of_columns(8.0, 0.125);
+        assert_eq!(size.gradient, [2.0 / 8.0, 3.0 / 4.0]);
+        assert_eq!(size.membrane, [5.0 * 4.0, 7.0 * 8.0]);
+        assert_eq!(size.half_length, [11.0 * 4.0, 13.0 * 8.0]);
+        assert_eq!(size.hourglass, [17.0 / 64.0, 19.0 / 16.0]);
+        assert_eq!(size.viscosity, [23.0 * 8.0, 29.0 * 4.0]);
+        let larger = ElementGeometry::of_row(&c, 16.0).of_columns(32.0, 0.03125);
+        assert_eq!(larger.viscosity, [23.0 * 8.0, 29.0 * 6.0]);
+        assert_eq!(larger.steep_viscosity, [23.0 * 32.0, 29.0 * 16.0]);
+        assert_eq!(size.mode_share, 41.0);
+        assert_eq!([size.cells, size.area], [31.0 * 32.0, 37.0 * 32.0]);
+    }
+}

@@ -1,11 +1,166 @@
-//! In-plane forces of an element: yarns, trellis shear that fades where a yarn is folded, shock viscosity.
+//! In-plane forces of an element: yarns, trellis shear (25) that fades where a yarn is folded, shock viscosity.
+//!
+//! The shear modulus G is the tangent modulus, so the shear resultant is q = t·∫G dγ: odd in γ and continuous where locking begins and ends.
 
-use crate::num::scalar::{Mask, Real, each};
-use crate::physics::element_geometry::ElementConstants;
-use crate::physics::element_geometry::ElementGeometry;
-use crate::physics::kinematics::{Growth, Kinematics, TINY, Vector, dot};
-use crate::physics::shear;
-use crate::physics::shear::ShearConstants;
+use crate::case::{Shear, ShearModulus};
+use crate::num::scalar::{Mask, Real, Scalar, each, is_double};
+use crate::physics::kinematics::{ElementConstants, ElementGeometry, Growth, Kinematics, TINY, Vector, dot};
+
+/// asin(x)/x as a polynomial in x² on |x| ≤ ½, highest power first: Chebyshev fit, error 2e-17.
+pub(crate) const ARC_SINE: [f64; 13] = [
+    0.031_879_621_400_812_84,
+    -0.016_187_392_271_599_133,
+    0.019_513_468_251_252_168,
+    0.006_529_302_004_736_569,
+    0.012_170_138_592_391_726,
+    0.013_884_842_826_402_08,
+    0.017_359_779_641_349_98,
+    0.022_371_749_733_164_053,
+    0.030_381_959_697_685_14,
+    0.044_642_856_805_998_94,
+    0.075_000_000_003_852_02,
+    0.166_666_666_666_649_4,
+    1.0,
+];
+
+/// Coefficients for single precision: error 3e-10.
+pub const ARC_SINE_SINGLE: [f64; 7] = [
+    0.037_677_139_309_900_15,
+    0.014_295_255_316_288_355,
+    0.031_857_189_096_626_805,
+    0.044_508_709_472_211_19,
+    0.075_005_713_811_841_76,
+    0.166_666_576_395_722_35,
+    1.000_000_000_230_778_5,
+];
+
+/// Constants of (25), modulus times thickness.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShearConstants<R> {
+    /// G1·t [N/m].
+    pub g1: R,
+    /// (G2 − G1)·t [N/m].
+    pub rise: R,
+    /// Angle at which locking begins [rad].
+    pub gamma1: R,
+    /// γ2 − γ1 [rad].
+    pub ramp: R,
+    /// rise/ramp, or 0 where the ramp has no width [N/m per rad].
+    pub slope: R,
+}
+
+impl<S: Scalar> ShearConstants<S> {
+    /// Constants of `shear` for a fabric of the given thickness [m]; without shear all zero.
+    pub fn new(shear: Option<&Shear>, thickness: f64) -> Self {
+        let none = Shear { g1: 0.0, g2: 0.0, gamma1: 0.0, gamma2: 0.0, modulus: ShearModulus::Tangent };
+        let shear = shear.unwrap_or(&none);
+        let rise = (shear.g2 - shear.g1) * thickness;
+        let ramp = shear.gamma2 - shear.gamma1;
+        Self {
+            g1: S::splat(shear.g1 * thickness),
+            rise: S::splat(rise),
+            gamma1: S::splat(shear.gamma1),
+            ramp: S::splat(ramp),
+            slope: S::splat(if ramp > 0.0 { rise / ramp } else { 0.0 }),
+        }
+    }
+
+    /// Constants in other numbers.
+    pub(crate) fn map<R>(&self, to: impl Fn(S) -> R) -> ShearConstants<R> {
+        ShearConstants {
+            g1: to(self.g1),
+            rise: to(self.rise),
+            gamma1: to(self.gamma1),
+            ramp: to(self.ramp),
+            slope: to(self.slope),
+        }
+    }
+}
+
+/// Arc sine of a number in [−1, 1].
+#[inline(always)]
+pub(crate) fn arc_sine<R: Real>(x: R) -> R {
+    let n = x;
+    let half = n.splat_like(0.5);
+    let size = x.abs().min(n.one());
+    let small = size.le(half);
+    // asin x = π/2 − 2 asin √((1 − x)/2) brings the upper half of the range into the polynomial's.
+    let folds = (!small).any();
+    let argument = if folds { R::select(small, size, (half * (n.one() - size)).sqrt()) } else { size };
+    let square = argument.squared();
+    // Horner for the even and for the odd powers of x²: neither waits for the other.
+    let fourth = square.squared();
+    let terms: &[f64] = if is_double::<R>() { &ARC_SINE } else { &ARC_SINE_SINGLE };
+    let (mut even, mut odd) = (n.splat_like(terms[0]), n.zero());
+    for pair in terms[1..].chunks_exact(2) {
+        odd = odd.fused(fourth, n.splat_like(pair[0]));
+        even = even.fused(fourth, n.splat_like(pair[1]));
+    }
+    let angle = argument * odd.fused(square, even);
+    let angle = R::select(small, angle, n.splat_like(std::f64::consts::FRAC_PI_2) - n.splat_like(2.0) * angle);
+    R::select(x.lt(n.zero()), -angle, angle)
+}
+
+/// Shear resultant q(γ) [N/m] at γ [rad].
+#[inline(always)]
+pub fn resultant<R: Real>(c: &ShearConstants<R>, gamma: R) -> R {
+    let n = gamma;
+    let size = gamma.abs();
+    let into = (size - c.gamma1).max(n.zero()).min(c.ramp);
+    let past = (size - c.gamma1 - c.ramp).max(n.zero());
+    let q = c.g1 * size + n.splat_like(0.5) * c.slope * into.squared() + c.rise * past;
+    R::select(gamma.lt(n.zero()), -q, q)
+}
+
+/// Shear energy per reference area, ∫q dγ [J/m²].
+#[inline(always)]
+pub fn shear_energy<R: Real>(c: &ShearConstants<R>, gamma: R) -> R {
+    let n = gamma;
+    let size = gamma.abs();
+    let half = n.splat_like(0.5);
+    let third = n.splat_like(1.0 / 3.0);
+    let into = (size - c.gamma1).max(n.zero()).min(c.ramp);
+    let past = (size - c.gamma1 - c.ramp).max(n.zero());
+    let base = half * c.g1 * size.squared();
+    let ramp = half * third * c.slope * into * into * into;
+    base + ramp + half * c.slope * into.squared() * past + half * c.rise * past.squared()
+}
+
+/// Sine of the shear angle, 79°, up to which (25) is followed. Beyond it the energy goes on at a constant slope over the sine, so that
+/// yarns that come to lie along each other keep a finite force.
+pub const STEEPEST: f64 = 0.98;
+
+/// Trellis shear of an element at one time.
+#[derive(Clone, Copy, Debug)]
+pub struct Trellis<R> {
+    /// dW/d(sin γ) [N/m]: q/cos γ up to [`STEEPEST`].
+    pub slope: R,
+    angle: R,
+    beyond: R,
+}
+
+/// Trellis shear at the sine of an angle.
+#[inline(always)]
+pub fn trellis<R: Real>(c: &ShearConstants<R>, sine: R) -> Trellis<R> {
+    let limit = sine.splat_like(STEEPEST);
+    let followed = sine.max(-limit).min(limit);
+    let angle = arc_sine(followed);
+    let cosine = (-followed).fused(followed, sine.one()).sqrt();
+    Trellis { slope: resultant(c, angle) / cosine, angle, beyond: (sine - followed).abs() }
+}
+
+impl<R: Real> Trellis<R> {
+    /// Shear energy per reference area W [J/m²].
+    #[inline(always)]
+    pub fn energy(&self, c: &ShearConstants<R>) -> R {
+        self.slope.abs().fused(self.beyond, shear_energy(c, self.angle))
+    }
+}
+
+/// Largest tangent modulus dq/dγ of the law [N/m], for the step bound.
+pub(crate) fn largest_tangent(c: &ShearConstants<f64>) -> f64 {
+    c.g1 + c.rise.max(0.0)
+}
 
 /// Stretch of a yarn below which it counts as folded: its element's trellis energy fades with the stretch, so that a crumpled
 /// element keeps a bounded stiffness and a force that is the slope of an energy. Enters the step bound.
@@ -27,7 +182,7 @@ pub(crate) struct FadedShear<R> {
 /// `wanted`: whether the energy is asked for.
 #[inline(always)]
 pub(crate) fn trellis_shear<R: Real>(c: &ShearConstants<R>, k: &Kinematics<R>, wanted: bool) -> FadedShear<R> {
-    let trellis = shear::trellis(c, k.sine);
+    let trellis = trellis(c, k.sine);
     let (zero, one) = (k.sine.zero(), k.sine.one());
     let part = each!(i in 2 => ((one + k.extension[i]) * one.splat_like(1.0 / FOLDED_STRETCH)).min(one));
     if !(part[0].lt(one) | part[1].lt(one)).any() {
@@ -144,5 +299,151 @@ pub(crate) fn viscous<R: Real>(
 }
 
 #[cfg(test)]
-#[path = "membrane_tests.rs"]
-mod tests;
+mod tests {
+    use super::*;
+    use crate::case;
+    use crate::model::Model;
+    use crate::physics::kinematics::kinematics;
+    use crate::physics::yarn_law::Published;
+
+    fn constants() -> ElementConstants<f64> {
+        let model = Model::<f64>::new(&case::shipped(&["/expect=[]"]));
+        model.unwrap_or_else(|error| unreachable!("{error}")).ply_types[0].constants::<f64, Published>()
+    }
+
+    #[test]
+    fn viscosity_of_a_coarse_element_grows_with_the_steepness_of_the_front() {
+        let c = constants();
+        let (size, dt) = (ElementGeometry::of_row(&c, 16.0).of_columns(8.0, 0.125), 1e-8);
+        let k = kinematics(&size, [&[0.0; 3]; 3]);
+        // Four elements per crossover: elements of two crossovers along warp and four along weft. q = 0.3, in proportion to the length of the
+        // finest; a front that adds 3.5 % while it crosses an element at the speed of its wave has all of the length.
+        for (added, share) in [(0.0035, 0.1), (0.0175, 0.5), (0.035, 1.0), (0.35, 1.0)] {
+            let period = [c.viscosity[0] * 8.0 / 0.3, c.viscosity[1] * 16.0 / 0.3];
+            let rate = period.map(|period| added / period);
+            let v = [[rate[0] / size.gradient[0], 0.0, 0.0], [0.0, rate[1] / size.gradient[1], 0.0], [0.0; 3]];
+            for sign in [1.0, -1.0] {
+                let got = viscous(&c, &size, &k, &v.map(|v| v.map(|v| sign * v)), &[1e9; 2], [0.0; 2], dt).force;
+                for (i, length) in [8.0, 16.0].into_iter().enumerate() {
+                    let wanted =
+                        sign * c.cell.yarn[i].stiffness * c.viscosity[i] * (4.0 + (length - 4.0) * share) * rate[i];
+                    assert!((got[i] / wanted - 1.0).abs() < 1e-9, "{added} {i}: {} instead of {wanted}", got[i]);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_yarn_that_goes_slack_dissipates_on_its_way_to_slack() {
+        let c = constants();
+        let size = ElementGeometry::of_row(&c, 1.0);
+        let (dt, before) = (1e-8, [-7.0, -5.0]);
+        // By components along warp and weft: each yarn shortens along itself, from a stretch to another.
+        let work = |from: [f64; 2], to: [f64; 2], elastic: f64| {
+            let along =
+                |by: [f64; 2]| [[by[0] / size.gradient[0], 0.0, 0.0], [0.0, by[1] / size.gradient[1], 0.0], [0.0; 3]];
+            let v = along([0, 1].map(|i: usize| (to[i] - from[i]) / dt));
+            let k = kinematics(&size, along(to).each_ref());
+            viscous(&c, &size, &k, &v, &[elastic; 2], before, dt).work
+        };
+        // Slack at a stretch of 0: the warp a third of the way, the weft three quarters of it.
+        let slack = work([0.001, 0.003], [-0.002, -0.001], 0.0);
+        for (got, wanted) in slack.into_iter().zip([7.0 * 0.001, 5.0 * 0.003]) {
+            assert!((got / wanted - 1.0).abs() < 1e-9, "{got} instead of {wanted}");
+        }
+        // One that broke while it was stretched, and one whose crossing yarn held it taut below: all of the way.
+        for (from, to) in [([0.004; 2], [0.001; 2]), ([-0.001; 2], [-0.004; 2])] {
+            for (got, before) in work(from, to, 0.0).into_iter().zip(before) {
+                assert!((got / (-0.003 * before) - 1.0).abs() < 1e-9, "{got}");
+            }
+        }
+    }
+
+    #[test]
+    fn viscous_forces_work_on_the_stretch_of_their_own_step() {
+        let c = constants();
+        let size = ElementGeometry::of_row(&c, 1.0);
+        let (dt, before) = (2e-6, [7.0, -3.0]);
+        // By component: along warp and weft, and of opposite edges.
+        let u = [[3e-4, 4e-4, -2e-4], [-2e-4, 1e-4, 3e-4], [5e-4, -6e-4, 4e-4]];
+        let v = [[30.0, -20.0, 25.0], [14.0, 35.0, -31.0], [-25.0, 40.0, 18.0]];
+        let k = kinematics(&size, u.each_ref());
+        let got = viscous(&c, &size, &k, &v, &[1e9; 2], before, dt);
+        for i in 0..2 {
+            // What a yarn spans at its centre, now and a step ago, over the mean stretch that it has as a whole.
+            let of = |time: f64| {
+                let at = |a: usize, which: usize| size.gradient[i] * (u[a][which] - time * v[a][which]);
+                let centre = [0, 1, 2].map(|a: usize| f64::from(u8::from(a == i)) + at(a, i));
+                let mode: f64 = (0..3).map(|a| at(a, 2).powi(2)).sum();
+                let length = (dot(&centre, &centre) + size.mode_share * mode).sqrt();
+                centre.map(|x| x / length)
+            };
+            let step = [0, 1, 2].map(|a: usize| size.gradient[i] * dt * v[a][i]);
+            let force = c.cell.yarn[i].stiffness * size.viscosity[i] * dot(&of(0.0), &step) / dt;
+            assert!((got.force[i] / force - 1.0).abs() < 1e-12, "{i}: {:?} {force}", got.force);
+            let work = force * dot(&of(0.0), &step) + before[i] * dot(&of(dt), &step);
+            assert!((got.work[i] / work - 1.0).abs() < 1e-9, "{i}: {:?} {work}", got.work);
+        }
+    }
+
+    fn shear(g2: f64, [gamma1, gamma2]: [f64; 2]) -> ShearConstants<f64> {
+        ShearConstants::new(Some(&Shear { g1: 1e7, g2, gamma1, gamma2, modulus: ShearModulus::Tangent }), 3e-4)
+    }
+
+    #[test]
+    fn arc_sine_is_exact_to_rounding() {
+        for i in -1000..=1000 {
+            let x = f64::from(i) / 1000.0;
+            assert!((arc_sine(x) - x.asin()).abs() < 4e-16, "{x}");
+            assert!((arc_sine(x as f32) - (x as f32).asin()).abs() < 3e-7, "{x}");
+        }
+    }
+
+    #[test]
+    fn the_slope_over_the_sine_is_that_of_the_energy_at_any_angle() {
+        let c = shear(1e9, [0.35, 0.6]);
+        for i in -99..=99 {
+            let (sine, step) = (0.01 * f64::from(i) + 0.0013, 1e-6);
+            let energy = |sine: f64| trellis(&c, sine).energy(&c);
+            let slope = (energy(sine + step) - energy(sine - step)) / (2.0 * step);
+            let got = trellis(&c, sine).slope;
+            assert!((slope - got).abs() < 1e-5 * got.abs().max(1e3), "{sine}: {slope} {got}");
+        }
+    }
+
+    #[test]
+    fn resultant_is_odd_continuous_and_the_derivative_of_the_energy() {
+        for (gamma1, gamma2) in [(0.35, 0.60), (0.0, 0.0), (0.2, 0.2)] {
+            let c = shear(1e9, [gamma1, gamma2]);
+            for i in 1..150 {
+                let gamma = 0.01 * f64::from(i) + 0.001;
+                let q = resultant(&c, gamma);
+                assert_eq!(resultant(&c, -gamma), -q);
+                let step = 1e-6;
+                let slope = (shear_energy(&c, gamma + step) - shear_energy(&c, gamma - step)) / (2.0 * step);
+                assert!((slope / q - 1.0).abs() < 1e-5, "{gamma}: {slope} {q}");
+                let g = |y: f64| match y {
+                    y if y <= gamma1 => 1e7,
+                    y if y >= gamma2 => 1e9,
+                    y => 1e7 + 9.9e8 * (y - gamma1) / (gamma2 - gamma1),
+                };
+                // The midpoint rule is exact on each straight piece of G.
+                let expected: f64 = [(0.0, gamma1), (gamma1, gamma2), (gamma2, gamma)]
+                    .map(|(from, to): (f64, f64)| (from.min(gamma), to.min(gamma)))
+                    .map(|(from, to)| if to > from { 3e-4 * g(0.5 * (from + to)) * (to - from) } else { 0.0 })
+                    .iter()
+                    .sum();
+                assert!((q / expected - 1.0).abs() < 1e-12, "{gamma}: {q} {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_largest_tangent_is_the_steepest_slope_of_the_resultant() {
+        let c = shear(1e9, [0.35, 0.6]);
+        let slope = |gamma: f64| (resultant(&c, gamma + 1e-7) - resultant(&c, gamma - 1e-7)) / 2e-7;
+        let steepest = (1..15_000).map(|i| slope(1e-4 * f64::from(i) + 3e-5)).fold(0.0, f64::max);
+        let got = largest_tangent(&c);
+        assert!((got / steepest - 1.0).abs() < 1e-3, "{got} for {steepest}");
+    }
+}

@@ -6,14 +6,11 @@
 pub mod arc_length;
 pub mod coupled_newton;
 pub mod crossover;
-pub mod element_geometry;
 pub mod kinematics;
 pub mod membrane;
-pub mod mirror_planes;
 pub mod ply_contact;
 pub mod projectile_body;
 pub mod projectile_shape;
 pub mod rigid_body;
-pub mod shear;
 pub mod unit_cell_parameters;
 pub mod yarn_law;

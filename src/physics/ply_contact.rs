@@ -10,7 +10,7 @@
 use nalgebra::Vector3;
 
 use crate::num::scalar::{Real, each};
-use crate::physics::mirror_planes::Cut;
+use crate::physics::rigid_body::Cut;
 
 /// Most of a penetration that is driven out in a step [-]. Plies pressed on each other for long are driven apart in every step, each
 /// of which stretches yarns by ½ k x² without account: a fifth made 1.6 % of the energy of a corner hit.
@@ -301,7 +301,7 @@ pub fn weights([x, y]: [f64; 2]) -> [f64; 4] {
 
 /// The neighbouring cell a foot lies towards; itself where it is over the cell or beyond the ply's edge.
 #[inline]
-pub(crate) fn next_cell([row, column]: [usize; 2], at: [f64; 2], rows: usize, columns: usize) -> [usize; 2] {
+pub fn next_cell([row, column]: [usize; 2], at: [f64; 2], rows: usize, columns: usize) -> [usize; 2] {
     let step = |index: usize, x: f64, count: usize| {
         if x > 0.5 + EDGE {
             (index + 1).min(count - 1)
@@ -328,7 +328,7 @@ pub fn is_over(at: [f64; 2], [row, column]: [usize; 2], rows: usize, columns: us
 /// The place on the edges of a cell that is nearest to a point beyond them: from there to the point [m], and its coordinates
 /// within the cell. `at`: foot of the point.
 #[inline]
-pub(crate) fn on_edge(corner: &[Vector3<f64>; 4], point: &Vector3<f64>, at: [f64; 2]) -> (Vector3<f64>, [f64; 2]) {
+pub fn on_edge(corner: &[Vector3<f64>; 4], point: &Vector3<f64>, at: [f64; 2]) -> (Vector3<f64>, [f64; 2]) {
     let [a, b, c, d] = corner;
     let edge = |axis: usize| {
         let fixed = at[axis].clamp(-0.5, 0.5);
@@ -351,7 +351,7 @@ pub(crate) fn on_edge(corner: &[Vector3<f64>; 4], point: &Vector3<f64>, at: [f64
 
 /// Least velocity along the push with which a node may leave the step, from its gap [m] to the surface [m/s].
 #[inline]
-pub(crate) fn closing_limit(gap: f64, dt: f64) -> f64 {
+pub fn closing_limit(gap: f64, dt: f64) -> f64 {
     -gap.max(0.0) / dt
 }
 
@@ -392,7 +392,3 @@ pub fn impulse(
     let size = stick.norm();
     (normal, if size > most { stick * (most / size) } else { stick })
 }
-
-#[cfg(test)]
-#[path = "ply_contact_tests.rs"]
-mod tests;

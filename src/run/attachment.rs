@@ -11,7 +11,7 @@ use crate::case::{Case, Edge, Edges};
 use crate::model::Model;
 use crate::model::mesh::{Mesh, corners};
 use crate::num::scalar::Scalar;
-use crate::physics::mirror_planes::Cut;
+use crate::physics::rigid_body::Cut;
 use crate::solver::energy_balance::PlyMoment;
 use crate::solver::state::State;
 

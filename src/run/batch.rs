@@ -17,7 +17,7 @@ use crate::gpu::shader::Kernel;
 use crate::gpu::stepper::DeviceStepper;
 use crate::gpu::submission::BatchResult;
 use crate::gpu::{Device, DeviceError};
-use crate::model::features::Features;
+use crate::model::Features;
 use crate::model::{Model, ModelError};
 use crate::physics::rigid_body::RigidBody;
 use crate::solver;
@@ -276,11 +276,12 @@ impl DeviceShot {
         let body = self.model.projectile.as_ref().map(|start| layout::read_body(body, start, &origin));
         self.take_counts(info.index, &sums, counters);
         self.take_energies(&sums, body.as_ref());
-        self.record.balance.plies_are((0..count).map(|ply| sums.ply(ply, count)).map(|sums| PlyMoment {
+        let plies = (0..count).map(|ply| sums.ply(ply, count)).map(|sums| PlyMoment {
             kinetic: sums.add(sum::KINETIC_NOW),
             stored: sums.add(sum::STORED),
             deflection: sums.largest(sum::DEFLECTION),
-        }));
+        });
+        self.record.balance.plies = plies.collect();
         let flight = body.as_ref().map(|record| (&record.body, record.before));
         let covered = |_: &RigidBody, ply: usize| sums.ply(ply, count).add(sum::COVERED) > 0.5;
         if self.record.sample(case, info.index as f64 * self.model.dt, flight, covered) {
@@ -288,8 +289,8 @@ impl DeviceShot {
             self.download(stepper, state, info.index + 1)?;
             self.record.look(case, &self.model, state);
         }
-        let kinetic = sums.add(sum::KINETIC) + solver::divergence::flying(body.as_ref().map(|record| &record.body));
-        if let Some(excess) = solver::divergence::excess(&self.record.balance, kinetic, true) {
+        let kinetic = sums.add(sum::KINETIC) + solver::energy_balance::flying(body.as_ref().map(|record| &record.body));
+        if let Some(excess) = solver::energy_balance::excess(&self.record.balance, kinetic, true) {
             // The place is looked for in the state as it is now, at most two batches later.
             if let Err(error) = self.download(stepper, state, info.index + 1) {
                 self.record.run.lost = Some(error.to_string());
@@ -328,9 +329,10 @@ impl DeviceShot {
         balance.separation += separation;
         balance.friction += sums.add(sum::PLY_RUBBED);
         balance.work += separation;
-        balance.elements_are(sums.add(sum::STORED), sums.add(sum::HOURGLASS_NOW), sums.largest(sum::TENSION));
-        balance.cells_are(sums.add(sum::LAW), sums.largest(sum::LOAD));
-        balance.nodes_are(sums.add(sum::KINETIC_NOW), [0, 1, 2].map(|a| sums.add(sum::MOMENTUM + a)));
+        (balance.stored, balance.hourglass) = (sums.add(sum::STORED), sums.add(sum::HOURGLASS_NOW));
+        (balance.max_tension, balance.max_load) = (sums.largest(sum::TENSION), sums.largest(sum::LOAD));
+        (balance.law_energy, balance.kinetic) = (sums.add(sum::LAW), sums.add(sum::KINETIC_NOW));
+        balance.momentum = [0, 1, 2].map(|a| sums.add(sum::MOMENTUM + a));
         for a in 0..3 {
             balance.support[a] += sums.add(sum::SUPPORT + a);
         }

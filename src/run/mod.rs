@@ -34,9 +34,8 @@ use crate::case::Case;
 use crate::gpu::{Device, DeviceError};
 use crate::model::Model;
 pub use crate::model::ModelError;
-pub use crate::model::features::Features;
 use crate::num::scalar::Scalar;
-pub use crate::physics::mirror_planes::MirrorPlanes;
+pub use crate::physics::rigid_body::MirrorPlanes;
 pub use crate::solver::energy_balance::{Balance, PlyMoment};
 use crate::solver::row_kernels::KernelScalar;
 use crate::solver::state::State;
@@ -53,6 +52,7 @@ pub use snapshot::Snapshot;
 
 /// Number type of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Precision {
     /// Double, the reference.
     #[default]

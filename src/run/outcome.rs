@@ -239,7 +239,7 @@ fn covered_by<S: Scalar>(
                 return false;
             }
             let [a, b, c, d] =
-                corners([row, column]).map(|(row, column)| node_position(model, state, ply, row, column));
+                corners([row, column]).map(|(row, column)| node_position(model, state, [ply, row, column]));
             let ahead = [a, b, c, d, (a + b + c + d) * 0.25].map(ahead);
             ahead.contains(&true) && (0..2).any(|yarn| runs_on(row, column, yarn)) && counts([row, column], ahead)
         })

@@ -13,10 +13,10 @@ use super::{Backend, Observer, Options, Run, RunError, RunScalar, Skips, View, o
 use crate::case::Case;
 use crate::model::{Model, ModelError};
 use crate::physics::rigid_body::RigidBody;
-use crate::solver::active_region::ActiveRegion;
-use crate::solver::state::{State, StepperState};
-use crate::solver::stopwatch::{Phase, Stopwatch};
-use crate::solver::{self, StepTotals, Stepper};
+use crate::solver::state::ActiveRegion;
+use crate::solver::state::State;
+use crate::solver::{self, StepTotals, Stepper, StepperState};
+use crate::solver::{Phase, Stopwatch};
 
 /// A run in progress on the processor.
 pub struct Simulation<S: RunScalar> {
@@ -84,8 +84,8 @@ impl<S: RunScalar> Simulation<S> {
     /// Ends a run whose numbers are no longer finite, or whose energy was never put in: kinetic, or at a sample of all kinds.
     fn check_energy(&mut self, totals: &StepTotals, sample: bool) {
         if self.record.run.divergence.is_none() {
-            let kinetic = totals.kinetic + solver::divergence::flying(self.state.body.as_ref());
-            if let Some(excess) = solver::divergence::excess(&self.record.balance, kinetic, sample) {
+            let kinetic = totals.kinetic + solver::energy_balance::flying(self.state.body.as_ref());
+            if let Some(excess) = solver::energy_balance::excess(&self.record.balance, kinetic, sample) {
                 self.record.diagnose(&self.model, &self.state, excess);
             }
         }

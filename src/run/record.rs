@@ -16,7 +16,7 @@ use super::{Observer, PlySample, Progress, Run, RunScalar, Sample, Skips};
 use crate::case::{Case, RunUntil};
 use crate::model::Model;
 use crate::num::scalar::Scalar;
-use crate::physics::mirror_planes::MirrorPlanes;
+use crate::physics::rigid_body::MirrorPlanes;
 use crate::physics::rigid_body::RigidBody;
 use crate::solver::energy_balance::{EnergyBalance, PlyMoment};
 use crate::solver::state::{Given, State};
@@ -193,7 +193,7 @@ impl RunRecord {
         }
         let impulse = Vector3::from(std::mem::take(&mut self.balance.contact_impulse));
         let impulse = self.run.planes.whole(impulse);
-        let (balance, plies) = (self.balance.balance(), self.balance.plies());
+        let (balance, plies) = (self.balance.balance(), &self.balance.plies);
         let before = self.run.history.last().copied();
         let last = before.unwrap_or_default();
         let mut row = Sample {
@@ -290,7 +290,7 @@ impl RunRecord {
     /// Takes note of where and how the run diverged.
     pub(crate) fn diagnose<S: Scalar>(&mut self, model: &Model<S>, state: &State<S>, excess: (&str, f64)) {
         let available = self.balance.accounted_energy();
-        self.run.divergence = Some(solver::divergence::diagnose(model, state, excess, available));
+        self.run.divergence = Some(solver::energy_balance::diagnose(model, state, excess, available));
     }
 
     /// Results; what computed them is left to the backend.
@@ -316,7 +316,7 @@ impl RunRecord {
         run.deflections = self.deflections.largest();
         run.events = whole_events(model, run.events);
         run.loop_seconds = loop_seconds;
-        (run.step_set_by, run.features) = (model.bound.set_by, model.features());
+        run.step_set_by = model.bound.set_by;
         run
     }
 }

@@ -6,9 +6,8 @@ use super::Skips;
 use super::outcome::Outcome;
 use crate::case::{Along, Case};
 use crate::model::Model;
-use crate::model::features::Features;
 use crate::num::scalar::Scalar;
-use crate::physics::mirror_planes::{Cut, MirrorPlanes};
+use crate::physics::rigid_body::{Cut, MirrorPlanes};
 use crate::solver::element_totals::field as element;
 use crate::solver::energy_balance::{Balance, PlyMoment};
 use crate::solver::state::{State, node_position};
@@ -121,9 +120,6 @@ pub struct Run {
     /// Bound that set the time step.
     #[serde(skip)]
     pub step_set_by: &'static str,
-    /// Features of the model that the scene has.
-    #[serde(skip)]
-    pub features: Features,
     /// Time in the loop [s].
     #[serde(skip)]
     pub loop_seconds: f64,
@@ -209,7 +205,7 @@ pub(crate) fn profile<S: Scalar>(model: &Model<S>, state: &State<S>, case: &Case
     let mut points = Vec::with_capacity(counts[axis] + 1);
     for n in 0..=counts[axis] {
         let (row, column) = place(n);
-        let here = node_position(model, state, 0, row, column);
+        let here = node_position(model, state, [0, row, column]);
         let mut point = ProfilePoint {
             reference: mesh.reference(row, column)[axis] - impact[axis],
             position: mesh.to_ply(here.into())[axis] - impact[axis],
@@ -219,7 +215,7 @@ pub(crate) fn profile<S: Scalar>(model: &Model<S>, state: &State<S>, case: &Case
         };
         if n < counts[axis] {
             let (row, column) = place(n + 1);
-            let next = node_position(model, state, 0, row, column);
+            let next = node_position(model, state, [0, row, column]);
             let (row, column) = place(n);
             let (row, column) = (row.min(mesh.rows - 1), column.min(mesh.columns - 1));
             let size = mesh.size(row, column);

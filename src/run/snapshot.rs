@@ -8,10 +8,10 @@ use crate::model::Model;
 use crate::model::mesh::Mesh;
 use crate::num::scalar::{Scalar, each};
 use crate::physics::crossover;
-use crate::physics::element_geometry::{ElementConstants, ElementGeometry};
+use crate::physics::kinematics::{ElementConstants, ElementGeometry};
 use crate::physics::kinematics::{differences, kinematics};
-use crate::physics::mirror_planes::Cut;
-use crate::physics::shear;
+use crate::physics::membrane::arc_sine;
+use crate::physics::rigid_body::Cut;
 use crate::physics::yarn_law::LawKernel;
 use crate::run::View;
 use crate::solver::element_totals::field as element_field;
@@ -251,7 +251,7 @@ fn read<S: Scalar, L: LawKernel>(
         tension: [0, 1].map(|i| of_living(i, cell.tension[i], yarn[i].stiffness * free[i])),
         strain: [0, 1].map(|i| of_living(i, cell.strain[i], free[i])),
         height: [0, 1].map(|i| of_living(i, cell.height[i], zero)),
-        shear_angle: if both { shear::arc_sine(k.sine).to_f64() as f32 } else { 0.0 },
+        shear_angle: if both { arc_sine(k.sine).to_f64() as f32 } else { 0.0 },
         alive,
     }
 }

@@ -7,40 +7,34 @@
 //! An element whose two yarns have failed carries nothing; with one yarn left the trellis is gone, so shear is
 //! released with the first failure.
 
-use std::ops::Range;
+use prefetch_index::prefetch_index;
 
-use crate::num::aligned;
+use crate::num::aligned::CACHE_LINE;
 use crate::num::scalar::{Mask, Real, each};
 use crate::physics::coupled_newton::Predictor;
 use crate::physics::crossover;
 use crate::physics::crossover::Equilibrium;
-use crate::physics::element_geometry::{ElementConstants, ElementGeometry};
+use crate::physics::kinematics::{ElementConstants, ElementGeometry};
 use crate::physics::kinematics::{Growth, Kinematics, Vector, differences, kinematics};
 use crate::physics::membrane::{FadedShear, membrane, mode_force, trellis_shear, viscous};
 use crate::physics::yarn_law::LawKernel;
-use crate::solver::element_totals::{
-    ElementRow, ElementTotals, Extent, RowMaxima, RowSums, corners, energies, field, release,
-};
+use crate::solver::element_totals::{ElementRow, ElementTotals, RowMaxima, RowSums, corners, energies, field, release};
 
 /// Life of a yarn that is to break in this step.
 pub const MARKED_FOR_FAILURE: f64 = 0.75;
 /// Stands for the strain of a piece of yarn that is broken or absent.
 pub const BROKEN: f64 = -1.0;
 
-/// Computes `range` of one row of elements, from the last multiple of `R::LANES` before it on: columns beyond it are at rest and stay
-/// so, or are padding.
-///
-/// `dt` is the time since the forces in the row were computed [s] (0 at the start, when there are none).
+/// Computes the columns asked for of one row of elements, from the last multiple of `R::LANES` before them on: columns beyond are at rest
+/// and stay so, or are padding. `shear`: the fabric resists trellis shear.
 #[inline(always)]
 pub fn element_force<R: Real, L: LawKernel>(
     c: &ElementConstants<R>,
+    shear: bool,
     row: &mut ElementRow<'_, R::Scalar>,
-    range: Range<usize>,
-    dt: f64,
-    extent: Extent,
     totals: &mut ElementTotals,
 ) {
-    let Extent { shear, sample } = extent;
+    let (range, dt, sample) = (row.range.clone(), row.dt, row.sample);
     let n = c.area;
     let step = n.splat_like(dt);
     let row_geometry = ElementGeometry::of_row(c, if row.is_even() { 1.0 } else { row.height });
@@ -66,10 +60,9 @@ pub fn element_force<R: Real, L: LawKernel>(
             viscous = force;
         }
         let in_plane = each!(i in 2 => elastic[i] + viscous[i]);
-        let any_failed = yarns.any_failed().any();
+        let any_failed = yarns.any_failed.any();
         let trellis = shear.then(|| trellis_shear(&c.shear, &motion.k, sample | any_failed));
-        let both_left = yarns.both_left();
-        let left = trellis.map(|trellis| trellis.only(both_left));
+        let left = trellis.map(|trellis| trellis.only(yarns.both_left));
         let (warp, weft) = membrane(&motion.size, &motion.k, &in_plane, left.as_ref());
         let on_mode = mode_force(&motion.size, &motion.k, &elastic, left.as_ref());
         let forces = Forces { viscous, trellis, membrane: [warp, weft], on_mode };
@@ -94,13 +87,13 @@ pub fn element_force<R: Real, L: LawKernel>(
     maxima.add_to(totals);
 }
 
-/// Asks for what the next rows have in these columns.
+/// Asks the cache for what the next rows have in these columns.
 #[inline(always)]
 fn ask_ahead<R: Real>(row: &ElementRow<'_, R::Scalar>, column: usize) {
-    let [elements, nodes] = row.prefetch;
-    for line in aligned::lines::<R::Scalar>(column..column + R::LANES) {
-        aligned::ask(row.element.iter().map(|field| &**field), line + 1, elements);
-        aligned::ask(row.above, line, nodes);
+    let [elements, nodes] = row.ahead;
+    for at in (column..column + R::LANES).step_by(CACHE_LINE / size_of::<R::Scalar>()) {
+        row.element.iter().for_each(|field| prefetch_index(&**field, at + 1 + elements));
+        row.above.iter().for_each(|field| prefetch_index(field, at + nodes));
     }
 }
 
@@ -125,7 +118,7 @@ impl<R: Real> Elements<R> {
     /// Keeps forces and heights. Gives the power of the old and the new forces together [W].
     #[inline(always)]
     pub(super) fn store(&self, row: &mut ElementRow<'_, R::Scalar>) -> R {
-        let (at, any, v) = (self.column + 1, self.yarns.any(), &self.motion.v);
+        let (at, any, v) = (self.column + 1, self.yarns.any, &self.motion.v);
         let [warp, weft] = &self.forces.membrane;
         let zero = warp[0].zero();
         let mut power = zero;
@@ -138,7 +131,7 @@ impl<R: Real> Elements<R> {
             warp_new.store(row.element[field::WARP_FORCE + a], at);
             weft_new.store(row.element[field::WEFT_FORCE + a], at);
         }
-        let stiffness = self.hourglass(self.yarns.both_left());
+        let stiffness = self.hourglass(self.yarns.both_left);
         for a in 0..3 {
             let force = R::select(any, stiffness.fused(self.motion.k.mode[a], self.forces.on_mode[a]), zero);
             power = (zero.load(row.element[field::HOURGLASS + a], at) + force).fused(v[a][2], power);
@@ -208,6 +201,11 @@ pub(super) struct YarnsLeft<R: Real> {
     pub(super) was_alive: [R::Mask; 2],
     pub(super) failed: [R::Mask; 2],
     pub(super) alive: [R::Mask; 2],
+    /// Elements that had both yarns before this step, or one.
+    pub(super) both: R::Mask,
+    pub(super) any: R::Mask,
+    pub(super) both_left: R::Mask,
+    pub(super) any_failed: R::Mask,
     /// Strains [-] and tensions [N] of yarns that none presses on.
     pub(super) free_strain: [R; 2],
     pub(super) free: [R; 2],
@@ -220,11 +218,16 @@ impl<R: Real> YarnsLeft<R> {
         let n = c.area;
         let was_alive = Self::were_alive(intact);
         let failed = each!(i in 2 => was_alive[i] & intact[i].le(n.splat_like(MARKED_FOR_FAILURE)));
+        let alive = each!(i in 2 => was_alive[i] & !failed[i]);
         let straight = each!(i in 2 => c.cell.yarn[i].straight(extension[i]));
         Self {
             was_alive,
             failed,
-            alive: [was_alive[0] & !failed[0], was_alive[1] & !failed[1]],
+            alive,
+            both: was_alive[0] & was_alive[1],
+            any: was_alive[0] | was_alive[1],
+            both_left: alive[0] & alive[1],
+            any_failed: failed[0] | failed[1],
             free_strain: each!(i in 2 => straight[i].max(n.zero())),
             free: each!(i in 2 => c.cell.yarn[i].tension(straight[i])),
         }
@@ -236,33 +239,10 @@ impl<R: Real> YarnsLeft<R> {
         each!(i in 2 => half.lt(intact[i]))
     }
 
-    /// Elements that had both yarns before this step.
-    #[inline(always)]
-    pub(super) fn both(&self) -> R::Mask {
-        self.was_alive[0] & self.was_alive[1]
-    }
-
-    /// Elements that had one.
-    #[inline(always)]
-    pub(super) fn any(&self) -> R::Mask {
-        self.was_alive[0] | self.was_alive[1]
-    }
-
-    #[inline(always)]
-    pub(super) fn both_left(&self) -> R::Mask {
-        self.alive[0] & self.alive[1]
-    }
-
-    #[inline(always)]
-    pub(super) fn any_failed(&self) -> R::Mask {
-        self.failed[0] | self.failed[1]
-    }
-
     /// Elastic in-plane forces of what is left [N].
     #[inline(always)]
     pub(super) fn elastic(&self, cell: &Equilibrium<R>) -> [R; 2] {
-        let both_left = self.both_left();
-        let elastic = each!(i in 2 => R::select(both_left, cell.in_plane[i], self.free[i]));
+        let elastic = each!(i in 2 => R::select(self.both_left, cell.in_plane[i], self.free[i]));
         each!(i in 2 => R::select(self.alive[i], elastic[i], elastic[i].zero()))
     }
 

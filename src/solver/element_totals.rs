@@ -1,9 +1,11 @@
 //! A row of elements and the rows of nodes around it.
 
+use std::ops::Range;
+
 use crate::model::law_energy::LawEnergy;
 use crate::num::scalar::{Mask, OrderedSum, Real, Scalar, each};
 use crate::physics::crossover;
-use crate::physics::element_geometry::ElementConstants;
+use crate::physics::kinematics::ElementConstants;
 use crate::physics::kinematics::dot;
 use crate::physics::membrane::{membrane, mode_force};
 use crate::solver::element_force::{Elements, Motion};
@@ -22,14 +24,14 @@ pub mod field {
     pub const PREDICTOR: usize = 9;
     /// Yarn heights h1, h2 [m].
     pub const HEIGHT: usize = 13;
-    /// 1 while the yarn carries load, [`MARKED_FOR_FAILURE`](super::super::MARKED_FOR_FAILURE) when it is about to fail, 0 once it failed or where it is absent;
+    /// 1 while the yarn carries load, [`MARKED_FOR_FAILURE`](crate::solver::element_force::MARKED_FOR_FAILURE) when it is about to fail, 0 once it failed or where it is absent;
     /// warp, weft.
     pub const ALIVE: usize = 15;
     /// Number of fields.
     pub const COUNT: usize = 17;
     /// Further fields where yarns have shock viscosity: viscous forces of warp and weft [N].
     pub const VISCOUS: usize = 2;
-    /// Further fields, the last ones: strains of warp and weft that failure is judged by [-], 0 where slack, broken ones [`BROKEN`](super::super::BROKEN).
+    /// Further fields, the last ones: strains of warp and weft that failure is judged by [-], 0 where slack, broken ones [`BROKEN`](crate::solver::element_force::BROKEN).
     pub const STRAIN: usize = 2;
 }
 
@@ -54,7 +56,13 @@ pub struct ElementRow<'a, S> {
     /// Energy that the unit-cell law makes by itself; `None`: none.
     pub law_energy: Option<&'a LawEnergy>,
     /// Distance in numbers to the fields of the next row of elements, and to those of the next row of nodes.
-    pub prefetch: [usize; 2],
+    pub ahead: [usize; 2],
+    /// Columns to be computed.
+    pub range: Range<usize>,
+    /// Time since the forces in the row were computed [s]; 0 at the start, when there are none.
+    pub dt: f64,
+    /// Whether the energies of the state are asked for.
+    pub sample: bool,
 }
 
 impl<S> ElementRow<'_, S> {
@@ -63,15 +71,6 @@ impl<S> ElementRow<'_, S> {
     pub(super) fn is_even(&self) -> bool {
         self.width.is_empty()
     }
-}
-
-/// Parts of the kernel that a step needs.
-#[derive(Clone, Copy, Debug)]
-pub struct Extent {
-    /// The fabric resists trellis shear.
-    pub shear: bool,
-    /// The energies of the state are asked for.
-    pub sample: bool,
 }
 
 /// A field of the nodes at the corners of elements from `column` on, counter-clockwise.
@@ -215,7 +214,7 @@ pub(super) fn release<R: Real>(
     let Motion { size, k, v } = motion;
     let n = c.area;
     let zero = n.zero();
-    let (both, any_failed) = (yarns.both(), yarns.any_failed());
+    let (both, any_failed) = (yarns.both, yarns.any_failed);
     let was = forces.trellis.map(|trellis| trellis.only(both));
     let shear_before = was.map_or(zero, |was| was.energy);
     let tension = each!(i in 2 => R::select(yarns.was_alive[i], cell.tension[i], zero));
@@ -241,7 +240,7 @@ pub(super) fn release<R: Real>(
     let mode = &k.mode;
     let last = each!(a in 3 => v[a][2] * n.splat_like(dt));
     let product = mode[0] * (mode[0] - last[0]) + mode[1] * (mode[1] - last[1]) + mode[2] * (mode[2] - last[2]);
-    let drop = n.splat_like(0.5) * (elements.hourglass(both) - elements.hourglass(yarns.both_left())) * product;
+    let drop = n.splat_like(0.5) * (elements.hourglass(both) - elements.hourglass(yarns.both_left)) * product;
     sums.released[1].add(R::select(any_failed, drop, zero), *column);
     if let Some(law) = row.law_energy {
         sums.law[1].add(R::select(both & any_failed, law.shares(&k.extension) * cells, zero), *column);
@@ -273,7 +272,7 @@ pub(super) fn energies<R: Real>(
     let Motion { size, k, .. } = motion;
     let n = c.area;
     let zero = n.zero();
-    let (any, both_left) = (yarns.any(), yarns.both_left());
+    let (any, both_left) = (yarns.any, yarns.both_left);
     let tension =
         each!(i in 2 => R::select(yarns.alive[i], R::select(both_left, cell.tension[i], yarns.free[i]), zero));
     let strain = each!(i in 2 => R::select(both_left, cell.strain[i], yarns.free_strain[i]));

@@ -8,13 +8,15 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
+use crate::model::Model;
 use crate::model::mesh::Grid;
-use crate::physics::mirror_planes::MirrorPlanes;
-use crate::physics::rigid_body::RigidBody;
-use crate::solver::element_totals::ElementTotals;
-use crate::solver::node_update::NodeTotals;
+use crate::num::scalar::Scalar;
+use crate::physics::rigid_body::{MirrorPlanes, RigidBody};
+use crate::solver::Divergence;
+use crate::solver::element_totals::{ElementTotals, field as element};
+use crate::solver::node_update::{NodeTotals, field as node};
 use crate::solver::projectile_contact::ContactTotals;
-use crate::solver::state::Given;
+use crate::solver::state::{Given, State};
 
 /// Running sums and the last sample.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -39,19 +41,27 @@ pub struct EnergyBalance {
     pub support: [f64; 3],
     /// Impulse of the projectile on the fabric since the last sample was taken [N·s].
     pub contact_impulse: [f64; 3],
-    /// Fabric kinetic energy [J], at the last sample.
-    kinetic: f64,
-    stored: f64,
-    law_energy: f64,
-    hourglass: f64,
-    max_tension: f64,
-    max_load: f64,
+    /// Fabric kinetic energy at the time of the positions of the last sample [J], as all that follows.
+    pub(crate) kinetic: f64,
+    /// Elastic energy by its state function [J].
+    pub(crate) stored: f64,
+    /// Energy that the unit-cell law has made in whole cells [J].
+    pub(crate) law_energy: f64,
+    /// Hourglass energy [J].
+    pub(crate) hourglass: f64,
+    /// Largest yarn tension [N].
+    pub(crate) max_tension: f64,
+    /// Largest strain over failure strain [-].
+    pub(crate) max_load: f64,
+    /// Projectile kinetic energy [J].
     projectile: f64,
     /// The part of it that fabric and projectile share; every sample sets it.
     #[serde(skip)]
     shared: f64,
-    momentum: [f64; 3],
-    plies: Vec<PlyMoment>,
+    /// Momentum of fabric and free projectile [kg·m/s].
+    pub(crate) momentum: [f64; 3],
+    /// Energies and deflections of the plies.
+    pub plies: Vec<PlyMoment>,
     initial: Option<Initial>,
     planes: MirrorPlanes,
 }
@@ -66,6 +76,16 @@ pub struct PlyMoment {
     pub stored: f64,
     /// Largest |z displacement| of standing fabric [m].
     pub deflection: f64,
+}
+
+/// A touched node: mass [kg], velocities before and after contact, and what the forces at the time of the positions do to the velocity in a
+/// step [m/s].
+#[derive(Clone, Debug)]
+pub(crate) struct NodeCorrection {
+    pub(crate) mass: f64,
+    pub(crate) free: Vector3<f64>,
+    pub(crate) now: Vector3<f64>,
+    pub(crate) pull: Vector3<f64>,
 }
 
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
@@ -161,46 +181,18 @@ impl EnergyBalance {
     /// Takes the element sums of a sampling step, row by row. `load`: largest load of a yarn over the failure length, over its breaking
     /// load; 0 where every element is judged alone.
     pub(crate) fn sample_elements(&mut self, rows: &[ElementTotals], grid: &Grid, load: f64) {
-        let tension = rows.iter().map(|r| r.max_tension).fold(0.0, f64::max);
-        self.elements_are(rows.iter().map(|r| r.stored).sum(), rows.iter().map(|r| r.hourglass).sum(), tension);
-        let load = rows.iter().map(|r| r.max_load).fold(load, f64::max);
-        self.cells_are(rows.iter().map(|r| r.law_energy).sum(), load);
-        let plies = rows.chunks(grid.rows).map(|rows| PlyMoment {
-            stored: rows.iter().map(|r| r.stored).sum(),
-            deflection: rows.iter().map(|r| r.max_deflection).fold(0.0, f64::max),
-            kinetic: 0.0,
-        });
-        self.plies_are(plies);
-    }
-
-    /// Energies and deflections of the plies now.
-    pub(crate) fn plies_are(&mut self, plies: impl Iterator<Item = PlyMoment>) {
+        let sum = |of: fn(&ElementTotals) -> f64| rows.iter().map(of).sum::<f64>();
+        self.stored = sum(|row| row.stored);
+        self.hourglass = sum(|row| row.hourglass);
+        self.law_energy = sum(|row| row.law_energy);
+        self.max_tension = rows.iter().map(|row| row.max_tension).fold(0.0, f64::max);
+        self.max_load = rows.iter().map(|row| row.max_load).fold(load, f64::max);
         self.plies.clear();
-        self.plies.extend(plies);
-    }
-
-    /// Energies and deflections of the plies at the last sample.
-    pub fn plies(&self) -> &[PlyMoment] {
-        &self.plies
-    }
-
-    /// Sums over the elements now: stored and hourglass energy [J], largest tension [N].
-    pub(crate) fn elements_are(&mut self, stored: f64, hourglass: f64, max_tension: f64) {
-        self.stored = stored;
-        self.hourglass = hourglass;
-        self.max_tension = max_tension;
-    }
-
-    /// Sums over the unit cells now: energy that their law has made [J], largest strain over failure strain [-].
-    pub(crate) fn cells_are(&mut self, law_energy: f64, max_load: f64) {
-        self.law_energy = law_energy;
-        self.max_load = max_load;
-    }
-
-    /// Sums over the nodes now: kinetic energy at the time of the positions [J], momentum [kg·m/s].
-    pub(crate) fn nodes_are(&mut self, kinetic: f64, momentum: [f64; 3]) {
-        self.kinetic = kinetic;
-        self.momentum = momentum;
+        self.plies.extend(rows.chunks(grid.rows).map(|rows| PlyMoment {
+            stored: rows.iter().map(|row| row.stored).sum(),
+            deflection: rows.iter().map(|row| row.max_deflection).fold(0.0, f64::max),
+            kinetic: 0.0,
+        }));
     }
 
     /// Takes the node sums of a sampling step, row by row. `to_pack`: a vector of a row in the axes of the pack.
@@ -210,29 +202,22 @@ impl EnergyBalance {
         grid: &Grid,
         to_pack: impl Fn(usize, [f64; 3]) -> [f64; 3],
     ) {
-        let mut momentum = [0.0; 3];
+        self.momentum = [0.0; 3];
         for (index, row) in rows.iter().enumerate() {
             let part = to_pack(index, row.momentum);
             for a in 0..3 {
-                momentum[a] += part[a];
+                self.momentum[a] += part[a];
             }
         }
-        self.nodes_are(rows.iter().map(|r| r.kinetic_now).sum(), momentum);
+        self.kinetic = rows.iter().map(|row| row.kinetic_now).sum();
         for (ply, rows) in self.plies.iter_mut().zip(rows.chunks(grid.rows + 1)) {
-            ply.kinetic = rows.iter().map(|r| r.kinetic_now).sum();
+            ply.kinetic = rows.iter().map(|row| row.kinetic_now).sum();
         }
     }
 
-    /// Replaces a touched node's share of kinetic energy and momentum. `pull`: what the forces at the time of the positions
-    /// do to the velocity in a step [m/s].
-    pub(crate) fn correct_node(
-        &mut self,
-        ply: usize,
-        mass: f64,
-        free: &Vector3<f64>,
-        now: &Vector3<f64>,
-        pull: &Vector3<f64>,
-    ) {
+    /// Replaces a touched node's share of kinetic energy and momentum.
+    pub(crate) fn correct_node(&mut self, ply: usize, node: &NodeCorrection) {
+        let NodeCorrection { mass, free, now, pull } = node;
         let energy = |v: &Vector3<f64>| 0.5 * mass * v.dot(&(v - pull));
         let change = energy(now) - energy(free);
         self.kinetic += change;
@@ -347,6 +332,119 @@ impl EnergyBalance {
     }
 }
 
+/// Looks for numbers that are not finite: which kernel made them, and where.
+pub(crate) fn find_divergence<S: Scalar>(model: &Model<S>, state: &State<S>) -> Option<Divergence> {
+    let grid = &model.grid;
+    let bad = |x: &S| !x.to_f64().is_finite();
+    let divergence = |kernel, name: &str, x: S, place| {
+        Some(Divergence { step: state.step, kernel, quantity: format!("{name} = {x:?}"), place })
+    };
+    let name_of = |field: usize| match field {
+        element::HEIGHT.. => "yarn height",
+        element::PREDICTOR.. => "predictor of the yarn height",
+        _ => ["membrane force along warp", "membrane force along weft", "hourglass force"][field / 3],
+    };
+    for place @ [ply, row, column] in model.element_places() {
+        let number = |f: usize| state.elements.get(grid.first_element_row(ply) + row, f, column + 1);
+        if let Some(f) = (0..element::ALIVE).find(|f| bad(&number(*f))) {
+            return divergence("element_force", name_of(f), number(f), place);
+        }
+    }
+    for place @ [ply, row, column] in model.node_places() {
+        let number = |f: usize| state.nodes.get(grid.first_node_row(ply) + row, f, column);
+        if let Some(f) = (0..node::COUNT).find(|f| bad(&number(*f))) {
+            let name = if f < node::VELOCITY { "displacement" } else { "velocity" };
+            return divergence("node_update", name, number(f), place);
+        }
+    }
+    None
+}
+
+/// Kinetic energy of a projectile that flies freely [J].
+pub(crate) fn flying(body: Option<&RigidBody>) -> f64 {
+    body.map_or(0.0, |b| if b.prescribed { 0.0 } else { b.kinetic_energy() })
+}
+
+/// Energy that was never put in, or that is no number: its kind, and how much [J]. `sampled`: the balance knows all kinds now.
+pub(crate) fn excess(balance: &EnergyBalance, kinetic: f64, sampled: bool) -> Option<(&'static str, f64)> {
+    let whole = balance.accounted_energy() + balance.gained();
+    if !(kinetic <= balance.energy_limit() && balance.work.is_finite()) {
+        Some(("kinetic energy", kinetic))
+    } else if sampled && whole > balance.energy_limit() {
+        Some(("energy by state functions", whole))
+    } else {
+        None
+    }
+}
+
+/// Divergence and its place: a number that is not finite, or energy of some kind that was never put in [J].
+pub(crate) fn diagnose<S: Scalar>(
+    model: &Model<S>,
+    state: &State<S>,
+    (name, energy): (&str, f64),
+    available: f64,
+) -> Divergence {
+    let mut divergence = find_divergence(model, state).unwrap_or_else(|| {
+        let speed = |[ply, row, column]: [usize; 3]| {
+            Vector3::from(state.velocity(model.grid.first_node_row(ply) + row, column)).norm()
+        };
+        let speeds = model.node_places().map(|place| (place, speed(place)));
+        let (place, speed) = speeds.fold(([0; 3], 0.0), |fastest, one| if one.1 > fastest.1 { one } else { fastest });
+        let [energy, available] = [energy, available].map(|energy| energy * model.planes.copies() as f64);
+        Divergence {
+            step: state.step,
+            kernel: "node_update",
+            quantity: format!(
+                "{name} {energy:.6e} J where at most {available:.6e} J was ever put in; fastest node {speed:.6e} m/s"
+            ),
+            place,
+        }
+    });
+    divergence.place = model.place_in_whole(divergence.place);
+    divergence
+}
+
 #[cfg(test)]
-#[path = "energy_balance_tests.rs"]
-mod tests;
+mod tests {
+    use super::*;
+    #[test]
+    fn errors_are_over_what_was_put_in_or_as_they_are_where_nothing_was() {
+        let mut nothing = EnergyBalance::default();
+        nothing.begin(Given::default());
+        let balance = nothing.balance();
+        assert_eq!([balance.error, balance.gained, balance.momentum_error], [0.0; 3]);
+
+        let mut moving = EnergyBalance::default();
+        (moving.kinetic, moving.momentum) = (8.0, [0.0, 0.0, 4.0]);
+        moving.begin(Given { energy: 8.0, momentum: Vector3::new(0.0, 0.0, 4.0), fabric_mass: 1.0 });
+        (moving.kinetic, moving.momentum) = (10.0, [0.0, 0.0, 5.0]);
+        let balance = moving.balance();
+        assert_eq!([balance.error, balance.momentum_error], [2.0 / 8.0, 1.0 / 4.0]);
+        // What the supports took is no error, and counts as put in.
+        moving.support = [3.0, 0.0, 9.0];
+        (moving.kinetic, moving.momentum) = (8.0, [0.0, 0.0, 13.0]);
+        assert_eq!(moving.balance().momentum_error, 3.0 / 90.0_f64.sqrt());
+    }
+
+    #[test]
+    fn what_the_law_makes_is_told_apart_from_what_is_gained() {
+        let mut balance = EnergyBalance::default();
+        (balance.stored, balance.hourglass) = (4.0, 0.0);
+        (balance.law_energy, balance.max_load) = (0.25, 0.5);
+        balance.begin(Given { energy: 4.0, ..Given::default() });
+        (balance.stored, balance.hourglass) = (7.0, 0.0);
+        (balance.law_energy, balance.max_load) = (3.25, 0.5);
+        let now = balance.balance();
+        assert_eq!([now.law, now.gained, now.max_load], [3.0, 0.0, 0.5]);
+    }
+
+    #[test]
+    fn momentum_across_a_mirror_plane_is_not_looked_at() {
+        let mut part = EnergyBalance::of_part(MirrorPlanes([true, false]));
+        part.begin(Given { energy: 1.0, momentum: Vector3::new(0.0, 0.0, 2.0), fabric_mass: 1.0 });
+        (part.kinetic, part.momentum) = (0.0, [7.0, 0.0, 0.0]);
+        assert_eq!(part.balance().momentum_error, 0.0);
+        (part.kinetic, part.momentum) = (0.0, [7.0, 1.0, 0.0]);
+        assert_eq!(part.balance().momentum_error, 0.5);
+    }
+}

@@ -10,34 +10,29 @@
 //! Rows run in parallel; sums are kept by row and added in row order, so results do not depend on threads. Rows and
 //! columns that nothing has reached are left out.
 
-pub mod active_region;
 pub mod broad_phase;
 mod contact_candidates;
-pub mod divergence;
 pub mod edge_contact;
 pub mod element_force;
 pub mod element_totals;
 pub mod energy_balance;
 pub mod failure;
-pub mod gather;
 pub mod node_update;
 mod ply_impulse;
-mod ply_move;
 pub mod ply_search;
-mod ply_view;
 pub mod projectile_contact;
 pub mod projectile_points;
 pub mod row_kernels;
 pub mod state;
-pub mod stopwatch;
 mod sweep;
+
+use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 
 use crate::model::Model;
 use crate::num::scalar::Scalar;
 use crate::num::simd::Vectors;
-use crate::solver::active_region::ActiveRegion;
 use crate::solver::element_totals::{ElementTotals, field as element};
 use crate::solver::energy_balance::EnergyBalance;
 use crate::solver::failure::evaluate_failure;
@@ -46,8 +41,6 @@ use crate::solver::ply_impulse::PlyContact;
 use crate::solver::projectile_points::ProjectileContact;
 use crate::solver::row_kernels::{KernelScalar, RowKernels};
 use crate::solver::state::State;
-use crate::solver::stopwatch::{Phase, Stopwatch};
-use crate::solver::sweep::{Passes, Sweep};
 
 /// A yarn failure, with its place in the pack.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -110,6 +103,48 @@ pub struct Divergence {
 /// Steps between two that do elements and nodes one after the other, which changes no bit, to measure the share of each.
 const APART: u64 = 64;
 
+/// A phase of a step: a kernel with what is added up after it, or the record of what the step did.
+#[derive(Clone, Copy, Debug)]
+pub enum Phase {
+    /// `element_force`
+    ElementForce,
+    /// `node_update`
+    NodeUpdate,
+    /// `ply_contact`
+    PlyContact,
+    /// `projectile_contact`, with the motion of the body.
+    ProjectileContact,
+    /// History, outcome, and the watch over the numbers.
+    Record,
+    /// Elements and nodes in one sweep.
+    Sweep,
+}
+
+/// Adds up what each phase takes. A lap costs one reading of the clock.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Stopwatch {
+    spent: [Duration; 6],
+    #[serde(skip, default = "Instant::now")] // of this process alone
+    last: Instant,
+}
+
+impl Stopwatch {
+    /// Ends a lap: time since the last one belongs to this phase.
+    pub fn lap(&mut self, phase: Phase) {
+        let now = Instant::now();
+        self.spent[phase as usize] += now - self.last;
+        self.last = now;
+    }
+
+    /// Every phase by name, and its wall time [s]. That of the sweeps is split as in the steps that did elements and nodes apart.
+    pub fn seconds(&self) -> Vec<(&'static str, f64)> {
+        let [elements, nodes, plies, projectile, record, sweep] = self.spent.map(|time| time.as_secs_f64());
+        let scale = 1.0 + sweep / (elements + nodes).max(f64::MIN_POSITIVE);
+        let names = ["element_force", "node_update", "ply_contact", "projectile_contact", "record"];
+        names.into_iter().zip([scale * elements, scale * nodes, plies, projectile, record]).collect()
+    }
+}
+
 /// Model, state and sums that the stages of a step work on.
 pub struct Context<'a, S> {
     /// Constant.
@@ -148,9 +183,7 @@ pub struct Stepper<S: Scalar> {
     node_totals: Vec<NodeTotals>,
     /// Zeros for a row of nodes without elements on one side.
     nothing: Vec<S>,
-    /// Active region of each ply when the step began.
-    reached: Vec<ActiveRegion>,
-    plies: PlyContact<S>,
+    plies: PlyContact,
     projectile: ProjectileContact,
     /// Failures of the last step.
     pub failures: Vec<FailureEvent>,
@@ -174,11 +207,10 @@ impl<S: KernelScalar> Stepper<S> {
             load: 0.0,
             node_totals: vec![NodeTotals::default(); grid.node_rows()],
             nothing: vec![S::splat(0.0); element::FORCES.end * grid.element_stride],
-            reached: Vec::new(),
-            plies: PlyContact::new(model, vectors),
+            plies: PlyContact::new(model),
             projectile: ProjectileContact::default(),
             failures: Vec::new(),
-            stopwatch: Stopwatch::default(),
+            stopwatch: Stopwatch { spent: Default::default(), last: Instant::now() },
         }
     }
 
@@ -191,17 +223,17 @@ impl<S: KernelScalar> Stepper<S> {
         sample: bool,
     ) -> StepTotals {
         let mut context = Context::new(model, state, balance, sample);
-        self.stopwatch.start();
+        self.stopwatch.last = Instant::now();
         if context.state.step.is_multiple_of(APART) {
             self.elements(&mut context);
             self.stopwatch.lap(Phase::ElementForce);
             self.nodes(&mut context);
             self.stopwatch.lap(Phase::NodeUpdate);
         } else {
-            self.sweep(&mut context, Passes::Both);
+            self.sweep(&mut context, [true, true]);
             self.collect_elements(&mut context);
             self.collect_nodes(&mut context);
-            self.stopwatch.lap_of_both();
+            self.stopwatch.lap(Phase::Sweep);
         }
         self.plies(&mut context);
         self.stopwatch.lap(Phase::PlyContact);
@@ -213,32 +245,25 @@ impl<S: KernelScalar> Stepper<S> {
 
     /// The first part of a step on its own: forces of the elements.
     pub fn elements(&mut self, context: &mut Context<'_, S>) {
-        self.sweep(context, Passes::Elements);
+        self.sweep(context, [true, false]);
         self.collect_elements(context);
     }
 
     /// The second part on its own: the nodes move.
     pub fn nodes(&mut self, context: &mut Context<'_, S>) {
-        self.sweep(context, Passes::Nodes);
+        self.sweep(context, [false, true]);
         self.collect_nodes(context);
     }
 
-    fn sweep(&mut self, context: &mut Context<'_, S>, passes: Passes) {
-        if passes != Passes::Nodes {
+    /// `passes`: whether elements are computed, and whether nodes move.
+    fn sweep(&mut self, context: &mut Context<'_, S>, passes: [bool; 2]) {
+        if passes[0] {
             let last = self.stepped.then_some(&self.element_totals[..]);
             self.load = evaluate_failure(context.model, context.state, last);
             self.stepped = true;
         }
-        self.reached.clone_from(&context.state.active);
-        let sweep = Sweep {
-            model: context.model,
-            kernels: &self.kernels,
-            nothing: &self.nothing,
-            reached: &self.reached,
-            passes,
-            viscous: context.model.features().viscous,
-        };
-        sweep.run(context, &mut self.element_totals, &mut self.node_totals);
+        let Self { kernels, nothing, element_totals, node_totals, .. } = self;
+        sweep::sweep(context, kernels, nothing, passes, element_totals, node_totals);
     }
 
     /// Adds up what the rows of nodes did, in row order.
@@ -264,7 +289,7 @@ impl<S: KernelScalar> Stepper<S> {
     /// The third part: contact between the plies.
     pub fn plies(&mut self, context: &mut Context<'_, S>) {
         if context.model.plies.len() > 1 {
-            self.plies.resolve(context, &self.nothing);
+            self.plies.resolve(context, &*self.kernels[0], &self.nothing);
         }
     }
 
@@ -319,4 +344,29 @@ impl<S: KernelScalar> Stepper<S> {
 /// A vector of a row of nodes in the axes of the pack.
 fn to_pack<S: Scalar>(model: &Model<S>, row: usize, vector: [f64; 3]) -> [f64; 3] {
     model.ply_type(model.grid.node_row(row).0).mesh.to_pack(vector)
+}
+
+/// Everything in a stepper that later steps depend on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct StepperState {
+    /// Largest distance that any node may have gone so far [m].
+    travel: f64,
+    /// Ply, row, column of the nodes near the projectile.
+    candidates: Vec<[usize; 3]>,
+    /// Distance that they and the projectile may still approach each other before the list is stale [m].
+    skin: f64,
+}
+
+impl<S: Scalar> Stepper<S> {
+    /// State of the stepper that the next steps depend on.
+    pub(crate) fn memory(&self) -> StepperState {
+        let projectile = &self.projectile;
+        StepperState { travel: self.plies.travel, candidates: projectile.candidates.clone(), skin: projectile.skin }
+    }
+
+    /// Goes on with the memory of another stepper of the same model.
+    pub(crate) fn remember(&mut self, model: &Model<S>, memory: StepperState) {
+        self.plies.travel = memory.travel;
+        self.projectile.remember(model, memory.candidates, memory.skin);
+    }
 }

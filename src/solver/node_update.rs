@@ -5,9 +5,10 @@
 
 use std::ops::Range;
 
-use crate::num::scalar::OrderedSum;
-use crate::num::scalar::{Real, each};
-use crate::solver::gather::{Neighbours, gather};
+use crate::model::Model;
+use crate::num::scalar::{OrderedSum, Real, Scalar, each};
+use crate::solver::element_totals::field as element;
+use crate::solver::state::{Rows, split};
 
 /// Fields of a node row, in storage order.
 pub mod field {
@@ -17,6 +18,44 @@ pub mod field {
     pub const VELOCITY: usize = 3;
     /// Number of fields.
     pub const COUNT: usize = 6;
+}
+
+/// Element rows around a row of nodes.
+pub struct Neighbours<'a, S> {
+    /// Forces of the row of elements below, in storage order.
+    pub below: [&'a [S]; element::FORCES.end],
+    /// Fields of the row above.
+    pub above: [&'a [S]; element::FORCES.end],
+}
+
+/// Element rows around a row of nodes; `nothing` where the ply ends.
+pub(super) fn neighbours<'a, S: Scalar>(
+    model: &Model<S>,
+    elements: &'a Rows<S>,
+    nothing: &'a [S],
+    ply: usize,
+    row: usize,
+) -> Neighbours<'a, S> {
+    let index = model.grid.first_element_row(ply) + row;
+    let below = if row > 0 { elements.row(index - 1) } else { nothing };
+    let above = if row < model.ply_type(ply).mesh.rows { elements.row(index) } else { nothing };
+    Neighbours { below: split(below, elements.stride), above: split(above, elements.stride) }
+}
+
+/// Internal force on `LANES` nodes like `n` from column `column` on [N].
+#[inline(always)]
+pub fn gather<R: Real>(n: R, around: &Neighbours<'_, R::Scalar>, column: usize) -> [R; 3] {
+    // Columns of elements are stored one further: left neighbour at `column`, right neighbour at `column` + 1.
+    let (left, right) = (column, column + 1);
+    let (above, below) = (&around.above, &around.below);
+    each!(a in 3 => {
+        let (warp, weft, mode) = (element::WARP_FORCE + a, element::WEFT_FORCE + a, element::HOURGLASS + a);
+        let first = (n.load(above[warp], right) + n.load(above[weft], right)) - n.load(above[mode], right);
+        let second = (n.load(above[weft], left) - n.load(above[warp], left)) + n.load(above[mode], left);
+        let third = (n.load(below[warp], left) + n.load(below[weft], left)) + n.load(below[mode], left);
+        let fourth = (n.load(below[warp], right) - n.load(below[weft], right)) + n.load(below[mode], right);
+        (first + second) + (fourth - third)
+    })
 }
 
 /// The fields of a row of nodes.
@@ -58,9 +97,17 @@ pub struct NodeTotals {
     pub max_speed_squared: f64,
 }
 
-/// Advances a part of one row of nodes, as many like `n` at a time as that holds: v += kick·f/m, u += drift·v.
-#[inline(always)]
+/// Advances a part of one row of nodes, as many like `n` at a time as that holds: v += kick·f/m, u += drift·v. Compiled once for all laws.
+#[inline(never)]
 pub fn node_update<R: Real>(n: R, pass: &NodePass<'_, R::Scalar>, node: &mut NodeRow<'_, R::Scalar>) -> NodeTotals {
+    n.vectorize(
+        #[inline(always)]
+        || advance(n, pass, node),
+    )
+}
+
+#[inline(always)]
+fn advance<R: Real>(n: R, pass: &NodePass<'_, R::Scalar>, node: &mut NodeRow<'_, R::Scalar>) -> NodeTotals {
     let NodePass { around, inverse, mass, range, columns, edge_row, times: [kick, drift], sample } = pass;
     let (kick, drift, columns, sample) = (n.splat_like(*kick), n.splat_like(*drift), *columns, *sample);
     let (half, rest) = (n.splat_like(0.5), n.splat_like(R::REST));
@@ -116,5 +163,26 @@ pub fn node_update<R: Real>(n: R, pass: &NodePass<'_, R::Scalar>, node: &mut Nod
 }
 
 #[cfg(test)]
-#[path = "node_update_tests.rs"]
-mod tests;
+mod tests {
+    use super::*;
+    use crate::solver::element_totals::field as element;
+
+    #[test]
+    fn kinetic_energy_after_a_step_without_force_is_that_before() {
+        let zero = [0.0; 4];
+        let mut rows = [[0.0; 3], [0.0; 3], [0.0; 3], [1.0, 2.0, 3.0], [0.0, 5.0, 0.0], [7.0, 0.0, 0.0]];
+        for sample in [false, true] {
+            let [a, b, c, d, e, f] = &mut rows;
+            let mut node: NodeRow<'_, f64> = [a, b, c, d, e, f];
+            let around =
+                Neighbours { below: [&zero[..]; element::FORCES.end], above: [&zero[..]; element::FORCES.end] };
+            let (inverse, mass) = ([&[0.5, 0.25, 0.5][..]; 3], &[2.0, 4.0, 2.0][..]);
+            let times = [0.1, 0.2];
+            let pass = NodePass { around, inverse, mass, range: 0..3, columns: 3, edge_row: false, times, sample };
+            let totals = node_update(0.0, &pass, &mut node);
+            // ½ Σ m v²: 1·(1 + 49) + 2·(4 + 25) + 1·9.
+            assert_eq!((totals.kinetic, totals.max_speed_squared), (117.0, 50.0));
+            assert_eq!(totals.kinetic_now, if sample { 117.0 } else { 0.0 });
+        }
+    }
+}

@@ -4,74 +4,60 @@
 //! back most nodes, which touch nothing and stay where they are. What closes faster than its gap allows becomes a contact; each
 //! node's mass is shared out among its contacts; then all impulses are found at once and added up ply by ply, in fixed order.
 
-use crate::solver::broad_phase::BroadPhase;
-use crate::solver::ply_move::{ImpulseAccumulator, ImpulseApplier};
-use crate::solver::ply_search::{FoundContacts, PlyContactPoint, PlySearch, ROWS, SearchPart};
-use crate::solver::ply_view::PlyView;
+use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use crate::model::Model;
 use crate::model::layup::{SIDES, neighbour};
 use crate::model::mesh::corners;
 use crate::num::scalar::Scalar;
-use crate::num::simd::Vectors;
 use crate::physics::ply_contact;
 use crate::solver::Context;
-use crate::solver::row_kernels::KernelScalar;
-use crate::solver::state::State;
+use crate::solver::element_totals::field as element;
+use crate::solver::energy_balance::NodeCorrection;
+use crate::solver::node_update::{field as node, gather, neighbours};
+use crate::solver::ply_search::{FoundContacts, PlyContactPoint, PlySearch, PlyView, ROWS, SearchPart};
+use crate::solver::row_kernels::RowKernels;
+use crate::solver::state::{ActiveRegion, Rows, State};
 
 /// Contacts of a ply: against the ply in front, and against that behind, in parts of [`ROWS`] rows.
-#[derive(Clone, Debug)]
-struct Contacts([Vec<FoundContacts>; SIDES]);
+type Contacts = [Vec<FoundContacts>; SIDES];
 
-impl Contacts {
-    /// Contacts found, part by part.
-    fn found(&self) -> impl Iterator<Item = &FoundContacts> {
-        self.0.iter().flatten()
-    }
-
-    /// Contacts with either neighbour, in order.
-    fn points(&self) -> impl Iterator<Item = &PlyContactPoint> {
-        self.found().flat_map(|found| &found.points)
-    }
-
-    /// Contacts with the ply in front, or with that behind.
-    fn points_on(&self, side: usize) -> impl Iterator<Item = &PlyContactPoint> {
-        self.0[side].iter().flat_map(|found| &found.points)
-    }
+/// Contacts of a ply with either neighbour, in order.
+fn points(contacts: &Contacts) -> impl Iterator<Item = &PlyContactPoint> {
+    contacts.iter().flatten().flat_map(|found| &found.points)
 }
 
 /// Contact between the plies of a pack.
-pub(super) struct PlyContact<S> {
+pub(super) struct PlyContact {
     /// Contacts of each ply.
     contacts: Vec<Contacts>,
     /// Impulses of each ply.
     accumulators: Vec<ImpulseAccumulator>,
-    broad_phase: Box<dyn BroadPhase<S>>,
     /// Largest distance that any node may have gone so far [m].
     pub(super) travel: f64,
 }
 
-impl<S: KernelScalar> PlyContact<S> {
-    pub(super) fn new(model: &Model<S>, vectors: Vectors) -> Self {
+impl PlyContact {
+    pub(super) fn new<S: Scalar>(model: &Model<S>) -> Self {
         let [nodes, rows] = if model.plies.len() > 1 { [model.nodes_per_ply(), model.grid.rows + 1] } else { [0; 2] };
-        let contacts = Contacts([(); SIDES].map(|()| vec![FoundContacts::default(); rows.div_ceil(ROWS)]));
+        let contacts = [(); SIDES].map(|()| vec![FoundContacts::default(); rows.div_ceil(ROWS)]);
         let plies = model.plies.len();
-        Self {
-            contacts: vec![contacts; plies],
-            accumulators: vec![ImpulseAccumulator::new(nodes); plies],
-            broad_phase: S::broad_phase(vectors),
-            travel: 0.0,
-        }
+        Self { contacts: vec![contacts; plies], accumulators: vec![ImpulseAccumulator::new(nodes); plies], travel: 0.0 }
     }
 
     /// Finds and applies the impulses of a step.
-    pub(super) fn resolve(&mut self, context: &mut Context<'_, S>, nothing: &[S]) {
+    pub(super) fn resolve<S: Scalar>(
+        &mut self,
+        context: &mut Context<'_, S>,
+        kernels: &dyn RowKernels<S>,
+        nothing: &[S],
+    ) {
         let model = context.model;
         let body = context.state.body.as_ref().map_or(0.0, |b| b.speed_bound());
         self.travel += model.dt * context.totals.max_speed.max(body);
-        self.find(context);
-        if self.contacts.iter().all(|contacts| contacts.points().next().is_none()) {
+        self.find(context, kernels);
+        if self.contacts.iter().all(|contacts| points(contacts).next().is_none()) {
             return;
         }
         self.share(model);
@@ -81,7 +67,7 @@ impl<S: KernelScalar> PlyContact<S> {
     }
 
     /// Nodes that come too close to a cell of a neighbouring ply.
-    fn find(&mut self, context: &mut Context<'_, S>) {
+    fn find<S: Scalar>(&mut self, context: &mut Context<'_, S>, kernels: &dyn RowKernels<S>) {
         let model = context.model;
         let travel = self.travel;
         let mut over = std::mem::take(&mut context.state.over);
@@ -90,7 +76,7 @@ impl<S: KernelScalar> PlyContact<S> {
         let sides = (0..plies).flat_map(|ply| (0..SIDES).map(move |side| (ply, side)));
         let search = |(ply, side)| Some(PlySearch::new(model, state, ply, side, neighbour(ply, side, plies)?));
         let searches: Vec<_> = sides.map(search).collect();
-        let found = self.contacts.iter_mut().flat_map(|contacts| &mut contacts.0);
+        let found = self.contacts.iter_mut().flatten();
         let mut parts = Vec::new();
         for ((search, over), found) in searches.iter().zip(over.chunks_mut(model.nodes_per_ply())).zip(found) {
             found.iter_mut().for_each(FoundContacts::clear);
@@ -99,24 +85,24 @@ impl<S: KernelScalar> PlyContact<S> {
             }
         }
         // By rows, as the sweep shares them out, so that a thread mostly meets nodes of its own.
-        parts.sort_by_key(SearchPart::first_row);
-        parts.par_iter_mut().with_max_len(1).for_each(|part| part.search(&*self.broad_phase));
+        parts.sort_by_key(|part: &SearchPart<'_, S>| part.rows.start);
+        parts.par_iter_mut().with_max_len(1).for_each(|part| part.search(kernels));
         drop(parts);
         context.state.over = over;
     }
 
     /// Shares each node's mass out among its contacts, in the whole scene: a node on a mirror plane has the images of those
     /// that come from one side of it.
-    fn share(&mut self, model: &Model<S>) {
+    fn share<S: Scalar>(&mut self, model: &Model<S>) {
         let across = model.grid.columns + 1;
         let contacts = &self.contacts;
         self.accumulators.par_iter_mut().enumerate().for_each(|(ply, accumulator)| {
             let mesh = &model.ply_type(ply).mesh;
-            for p in contacts[ply].points() {
-                accumulator.share(p.row as usize * across + p.column as usize, 1.0);
+            for p in points(&contacts[ply]) {
+                accumulator.share(p.row * across + p.column, 1.0);
             }
             for p in against(contacts, ply) {
-                for ((row, column), weight) in corners(p.cell.map(|at| at as usize)).into_iter().zip(p.weights) {
+                for ((row, column), weight) in corners(p.cell).into_iter().zip(p.weights) {
                     if weight > 0.0 {
                         accumulator.share(row * across + column, weight * p.part / mesh.part_of(row, column));
                     }
@@ -126,10 +112,10 @@ impl<S: KernelScalar> PlyContact<S> {
     }
 
     /// The impulse of every contact, each on its own.
-    fn solve(&mut self, context: &Context<'_, S>) {
+    fn solve<S: Scalar>(&mut self, context: &Context<'_, S>) {
         let (model, state) = (context.model, &*context.state);
         let accumulators = &self.accumulators;
-        self.contacts.par_iter_mut().enumerate().for_each(|(ply, Contacts(sides))| {
+        self.contacts.par_iter_mut().enumerate().for_each(|(ply, sides)| {
             for (side, found) in sides.iter_mut().enumerate() {
                 if let Some(other) = neighbour(ply, side, accumulators.len()) {
                     let pair = [ply, other].map(|ply| (PlyView::new(model, state, ply), &accumulators[ply]));
@@ -140,7 +126,7 @@ impl<S: KernelScalar> PlyContact<S> {
     }
 
     /// Gives the nodes their impulses, ply by ply.
-    fn apply(&mut self, context: &mut Context<'_, S>, nothing: &[S]) {
+    fn apply<S: Scalar>(&mut self, context: &mut Context<'_, S>, nothing: &[S]) {
         let (kick, sample, model) = (context.kick(), context.sample, context.model);
         let across = model.grid.columns + 1;
         let State { nodes, elements, .. } = &mut *context.state;
@@ -149,12 +135,12 @@ impl<S: KernelScalar> PlyContact<S> {
         let contacts = &self.contacts;
         let plies = self.accumulators.par_iter_mut().zip(nodes.data.par_chunks_mut(length)).enumerate();
         plies.for_each(|(ply, (accumulator, nodes))| {
-            for p in contacts[ply].points() {
-                accumulator.add(p.row as usize * across + p.column as usize, p, 1.0);
+            for p in points(&contacts[ply]) {
+                accumulator.add(p.row * across + p.column, p, 1.0);
             }
             for p in against(contacts, ply) {
-                for (at, weight) in corner_nodes(p.cell, across).into_iter().zip(p.weights) {
-                    accumulator.add(at, p, -weight);
+                for ((row, column), weight) in corners(p.cell).into_iter().zip(p.weights) {
+                    accumulator.add(row * across + column, p, -weight);
                 }
             }
             applier.apply(ply, accumulator, nodes);
@@ -162,11 +148,11 @@ impl<S: KernelScalar> PlyContact<S> {
     }
 
     /// Takes note of what contact did, ply after ply.
-    fn collect(&mut self, context: &mut Context<'_, S>) {
+    fn collect<S: Scalar>(&mut self, context: &mut Context<'_, S>) {
         for (ply, (contacts, accumulator)) in self.contacts.iter().zip(&mut self.accumulators).enumerate() {
             let (effect, balance) = (&mut accumulator.effect, &mut *context.balance);
-            let friction: f64 = contacts.found().map(|found| found.friction).sum();
-            for found in contacts.found() {
+            let friction: f64 = contacts.iter().flatten().map(|found| found.friction).sum();
+            for found in contacts.iter().flatten() {
                 context.totals.ply_contacts += found.points.len() as u64;
                 context.totals.ply_penetration = context.totals.ply_penetration.max(found.penetration);
             }
@@ -177,7 +163,7 @@ impl<S: KernelScalar> PlyContact<S> {
             for a in 0..3 {
                 balance.support[a] -= effect.support[a];
             }
-            effect.correct(balance, ply);
+            effect.corrections.drain(..).for_each(|correction| balance.correct_node(ply, &correction));
             context.state.active[ply] = context.state.active[ply].union(&effect.reach);
         }
     }
@@ -191,11 +177,11 @@ fn solve<S: Scalar>(
 ) {
     let at = |row: usize, column: usize| row * (model.grid.columns + 1) + column;
     for p in &mut found.points {
-        let [row, column] = [p.row as usize, p.column as usize];
+        let (row, column) = (p.row, p.column);
         let mut velocity = own.velocity(row, column);
         // A share below one would let a light touch of a corner throw it away.
         let mut compliance = accumulator.shares[at(row, column)].max(1.0) * own.inverse(row, column, &p.normal);
-        for ((r, c), weight) in corners(p.cell.map(|at| at as usize)).into_iter().zip(p.weights) {
+        for ((r, c), weight) in corners(p.cell).into_iter().zip(p.weights) {
             velocity -= theirs.velocity(r, c) * weight;
             compliance += weight * their_accumulator.shares[at(r, c)].max(1.0) * theirs.inverse(r, c, &p.normal);
         }
@@ -213,12 +199,154 @@ fn solve<S: Scalar>(
 
 /// The points of the neighbouring plies that lie on a ply: of the one in front, then of the one behind.
 fn against(contacts: &[Contacts], ply: usize) -> impl Iterator<Item = &PlyContactPoint> {
-    let points =
-        move |side: usize| neighbour(ply, side, contacts.len()).map(|other| contacts[other].points_on(1 - side));
-    points(0).into_iter().flatten().chain(points(1).into_iter().flatten())
+    let others = (0..SIDES).filter_map(move |side| Some(&contacts[neighbour(ply, side, contacts.len())?][1 - side]));
+    others.flatten().flat_map(|found| &found.points)
 }
 
-/// Corners of a cell as places among a ply's nodes.
-fn corner_nodes(cell: [u32; 2], across: usize) -> [usize; 4] {
-    corners(cell.map(|at| at as usize)).map(|(row, column)| row * across + column)
+/// Impulses that contacts give the nodes of a ply; shapes (rows + 1, columns + 1).
+#[derive(Clone, Debug, Default)]
+struct ImpulseAccumulator {
+    /// Contacts each node takes part in, by weight.
+    shares: Vec<f64>,
+    /// Impulse on each node, then what moves it without a velocity left [N·s].
+    impulse: Vec<[f64; 6]>,
+    /// Nodes with a share.
+    touched: Vec<u32>,
+    /// Effect of the impulses.
+    effect: Effect,
+}
+
+impl ImpulseAccumulator {
+    fn new(nodes: usize) -> Self {
+        Self { shares: vec![0.0; nodes], impulse: vec![[0.0; 6]; nodes], ..Self::default() }
+    }
+
+    /// A node takes part in another contact, with this weight.
+    fn share(&mut self, at: usize, weight: f64) {
+        if self.shares[at] == 0.0 {
+            self.touched.push(at as u32);
+        }
+        self.shares[at] += weight;
+    }
+
+    /// A node takes its part of a contact's impulse.
+    fn add(&mut self, at: usize, point: &PlyContactPoint, weight: f64) {
+        for a in 0..3 {
+            self.impulse[at][a] += point.impulse[a] * weight;
+            self.impulse[at][3 + a] += point.correction[a] * weight;
+        }
+    }
+}
+
+/// Effect of moving the nodes of a ply.
+#[derive(Clone, Debug, Default)]
+struct Effect {
+    /// Kinetic energy lost [J].
+    loss: f64,
+    /// Work of moving nodes without a velocity, against all forces but those of shock viscosity [J].
+    correction_work: f64,
+    /// Impulse on held nodes, which the supports take, in the axes of the pack [N·s].
+    support: [f64; 3],
+    /// Nodes moved.
+    reach: ActiveRegion,
+    /// In sampled steps.
+    corrections: Vec<NodeCorrection>,
+}
+
+/// Applier of the impulses to the nodes of a ply.
+struct ImpulseApplier<'a, S> {
+    model: &'a Model<S>,
+    elements: &'a Rows<S>,
+    /// A row of elements where there is none.
+    nothing: &'a [S],
+    /// Numbers per field of nodes.
+    stride: usize,
+    /// Time step of the velocities [s].
+    kick: f64,
+    /// Whether the step is sampled.
+    sample: bool,
+}
+
+impl<S: Scalar> ImpulseApplier<'_, S> {
+    /// Gives the nodes of a ply their impulses, and leaves of the accumulator what came of it.
+    fn apply(&self, ply: usize, accumulator: &mut ImpulseAccumulator, nodes: &mut [S]) {
+        let (model, stride) = (self.model, self.stride);
+        let ply_type = model.ply_type(ply);
+        let (mesh, across) = (&ply_type.mesh, model.grid.columns + 1);
+        let mut effect = Effect::default();
+        let mut last = usize::MAX;
+        let mut around = neighbours(model, self.elements, self.nothing, ply, 0);
+        for at in accumulator.touched.drain(..) {
+            let at = at as usize;
+            let (row, column) = (at / across, at % across);
+            accumulator.shares[at] = 0.0;
+            let [x, y, z, p, q, r] = std::mem::replace(&mut accumulator.impulse[at], [0.0; 6]);
+            let [impulse, correction] = [[x, y, z], [p, q, r]].map(|v| mesh.to_ply(v));
+            if impulse == [0.0; 3] && correction == [0.0; 3] {
+                continue;
+            }
+            effect.reach.activate(row, column);
+            let masses = ply_type.row_mass(row);
+            let inverse = [0, 1, 2].map(|a| masses.inverse[a][column].to_f64());
+            if row != last {
+                around = neighbours(model, self.elements, self.nothing, ply, row);
+                last = row;
+            }
+            let force = gather(S::splat(0.0), &around, column).map(Scalar::to_f64);
+            let viscous = if correction == [0.0; 3] { correction } else { self.viscous(ply, row, column) };
+            let place = |field: usize| (row * node::COUNT + field) * stride + column;
+            let free = [0, 1, 2].map(|a| nodes[place(node::VELOCITY + a)].to_f64());
+            let now = [0, 1, 2].map(|a| free[a] + inverse[a] * impulse[a]);
+            let mut support = [0.0; 3];
+            for a in 0..3 {
+                let u = nodes[place(node::DISPLACEMENT + a)].to_f64();
+                let moved = model.dt * inverse[a] * correction[a];
+                nodes[place(node::DISPLACEMENT + a)] = S::splat(u + (model.dt * (now[a] - free[a]) + moved));
+                // Viscosity sees velocities alone: against it nothing is stored, and nothing dissipated.
+                effect.correction_work -= (force[a] - viscous[a]) * moved;
+                nodes[place(node::VELOCITY + a)] = S::splat(now[a]);
+                let before = free[a] - inverse[a] * force[a] * self.kick;
+                effect.loss -= 0.5 * impulse[a] * (before + now[a]);
+                if inverse[a] <= 0.0 {
+                    support[a] = impulse[a];
+                }
+            }
+            let support = mesh.to_pack(support);
+            for a in 0..3 {
+                effect.support[a] += support[a];
+            }
+            if self.sample {
+                let pull = [0, 1, 2].map(|a| inverse[a] * force[a] * model.dt);
+                let [free, now, pull] = [free, now, pull].map(|v| Vector3::from(mesh.to_pack(v)));
+                effect.corrections.push(NodeCorrection { mass: masses.mass[column].to_f64(), free, now, pull });
+            }
+        }
+        accumulator.effect = effect;
+    }
+
+    /// Shock viscosity's part of the force on a node [N]. It is taken along the whole force of a yarn, which trellis shear turns a little
+    /// away from the yarn.
+    fn viscous(&self, ply: usize, row: usize, column: usize) -> [f64; 3] {
+        let ply_type = self.model.ply_type(ply);
+        let mut sum = [0.0; 3];
+        if !ply_type.viscous {
+            return sum;
+        }
+        for [r, c] in ply_type.mesh.around(row, column) {
+            let element = self.model.grid.first_element_row(ply) + r;
+            let widths = ply_type.mesh.widths(r, c);
+            for (yarn, ahead) in [c == column, r == row].into_iter().enumerate() {
+                let at = |field: usize| self.elements.get(element, field, c + 1).to_f64();
+                let force = [0, 1, 2].map(|a| at(element::WARP_FORCE + 3 * yarn + a));
+                let size = force.iter().map(|f| f * f).sum::<f64>().sqrt();
+                if size > 0.0 {
+                    let part = at(element::COUNT + yarn) * ply_type.element.membrane[yarn] * widths[1 - yarn] / size;
+                    for a in 0..3 {
+                        sum[a] += if ahead { part * force[a] } else { -part * force[a] };
+                    }
+                }
+            }
+        }
+        sum
+    }
 }

@@ -5,25 +5,102 @@ use std::ops::Range;
 use nalgebra::Vector3;
 
 use crate::model::layup::PENETRATING;
-use crate::model::mesh::corners;
+use crate::model::mesh::{Mesh, corners};
+use crate::model::ply_type::PlyType;
 use crate::model::{Model, layup};
 use crate::num::scalar::Scalar;
 use crate::physics::ply_contact;
 use crate::physics::ply_contact::{MAX_INITIAL_PENETRATION, NO_PLANES, Planes, SLOP, WALK};
-use crate::solver::active_region::ActiveRegion;
-use crate::solver::state::State;
-use crate::solver::state::node_stands;
+use crate::solver::node_update::field as node;
+use crate::solver::row_kernels::RowKernels;
+use crate::solver::state::{ActiveRegion, State, node_stands, split};
 
-use crate::solver::broad_phase::{BroadPhase, Candidates};
-use crate::solver::ply_view::PlyView;
+/// A ply as contact sees it, in the axes of the pack, and the state of its nodes.
+#[derive(Clone, Copy)]
+pub(super) struct PlyView<'a, S> {
+    pub(super) ply_type: &'a PlyType<S>,
+    pub(super) mesh: &'a Mesh,
+    /// At rest [m].
+    pub(super) z: f64,
+    turned: bool,
+    /// Rows of the ply's nodes.
+    nodes: &'a [S],
+    stride: usize,
+}
+
+impl<'a, S: Scalar> PlyView<'a, S> {
+    pub(super) fn new(model: &'a Model<S>, state: &'a State<S>, ply: usize) -> Self {
+        let ply_type = model.ply_type(ply);
+        let length = state.nodes.row_length();
+        let first = model.grid.first_node_row(ply);
+        Self {
+            ply_type,
+            mesh: &ply_type.mesh,
+            z: model.plies[ply].z,
+            turned: ply_type.mesh.rotation != [1.0, 0.0],
+            nodes: &state.nodes.data[first * length..(first + ply_type.mesh.rows + 1) * length],
+            stride: state.nodes.stride,
+        }
+    }
+
+    /// Displacements of a row of nodes, in the ply's axes [m].
+    #[inline(always)]
+    pub(super) fn row(&self, row: usize) -> [&'a [S]; 3] {
+        let start = (row * node::COUNT + node::DISPLACEMENT) * self.stride;
+        split(&self.nodes[start..start + 3 * self.stride], self.stride)
+    }
+
+    #[inline(always)]
+    fn vector(&self, field: usize, row: usize, column: usize) -> [f64; 3] {
+        let at = (row * node::COUNT + field) * self.stride + column;
+        [self.nodes[at].to_f64(), self.nodes[at + self.stride].to_f64(), self.nodes[at + 2 * self.stride].to_f64()]
+    }
+
+    #[inline(always)]
+    fn to_pack(self, vector: [f64; 3]) -> Vector3<f64> {
+        Vector3::from(if self.turned { self.mesh.to_pack(vector) } else { vector })
+    }
+
+    /// [m/s]
+    #[inline(always)]
+    pub(super) fn velocity(&self, row: usize, column: usize) -> Vector3<f64> {
+        self.to_pack(self.vector(node::VELOCITY, row, column))
+    }
+
+    /// Position at the end of the step [m].
+    #[inline(always)]
+    pub(super) fn position(&self, row: usize, column: usize) -> Vector3<f64> {
+        let [x, y, z] = self.vector(node::DISPLACEMENT, row, column);
+        let [p, q] = self.mesh.reference(row, column);
+        self.to_pack([p + x, q + y, self.z + z])
+    }
+
+    /// 1/mass along a direction [1/kg], in the whole scene: mirror planes hold no node in a single contact, only with its image.
+    pub(super) fn inverse(&self, row: usize, column: usize, along: &Vector3<f64>) -> f64 {
+        let inverse = &self.ply_type.row_mass(row).inverse;
+        let [mut x, mut y, mut z] = [0, 1, 2].map(|a| inverse[a][column].to_f64());
+        if let [across_x, across_y] = self.mesh.cut_across(row, column)
+            && (across_x || across_y)
+        {
+            z *= self.mesh.part_of(row, column);
+            x = if across_x || x > 0.0 { z } else { 0.0 };
+            y = if across_y || y > 0.0 { z } else { 0.0 };
+        }
+        if x == y && y == z {
+            return x;
+        }
+        let [p, q, r] = self.mesh.to_ply((*along).into());
+        p * p * x + q * q * y + r * r * z
+    }
+}
 
 /// A node that comes too close to a cell of the neighbouring ply.
 #[derive(Clone, Debug)]
 pub(super) struct PlyContactPoint {
-    pub(super) row: u32,
-    pub(super) column: u32,
+    pub(super) row: usize,
+    pub(super) column: usize,
     /// Row and column of the cell.
-    pub(super) cell: [u32; 2],
+    pub(super) cell: [usize; 2],
     /// Weights of the cell's corners [-].
     pub(super) weights: [f64; 4],
     /// Part of the node, and so of the contact, that is in the computed part of the scene.
@@ -53,7 +130,7 @@ pub(super) struct FoundContacts {
     /// Lost by friction of the points [J].
     pub(super) friction: f64,
     /// Candidates that were looked at.
-    candidates: Candidates,
+    pub(super) candidates: Vec<[usize; 2]>,
 }
 
 impl FoundContacts {
@@ -66,27 +143,22 @@ impl FoundContacts {
 }
 
 /// Some rows of a search, which one thread does.
-pub(super) struct SearchPart<'a, S> {
-    search: &'a PlySearch<'a, S>,
-    rows: Range<usize>,
-    columns: Range<usize>,
-    over: &'a mut [u32],
-    found: &'a mut FoundContacts,
+pub struct SearchPart<'a, S> {
+    pub(super) search: &'a PlySearch<'a, S>,
+    pub(super) rows: Range<usize>,
+    pub(super) columns: Range<usize>,
+    /// Cells that the nodes of the rows are over.
+    pub(super) over: &'a mut [u32],
+    pub(super) found: &'a mut FoundContacts,
 }
 
 impl<S: Scalar> SearchPart<'_, S> {
-    /// First row of the part.
-    pub(super) fn first_row(&self) -> usize {
-        self.rows.start
-    }
-
     /// Searches from every node that the broad phase lets through.
-    pub(super) fn search(&mut self, broad_phase: &dyn BroadPhase<S>) {
-        let Self { search, rows, columns, over, found } = self;
+    pub(super) fn search(&mut self, kernels: &dyn RowKernels<S>) {
+        kernels.broad_phase(self);
+        let Self { search, rows, over, found, .. } = self;
         let across = search.across();
-        broad_phase.pass(search, rows.clone(), columns.clone(), over, &mut found.candidates);
-        for place in &found.candidates {
-            let [row, column] = place.map(|at| at as usize);
+        for &[row, column] in &found.candidates {
             let over = &mut over[(row - rows.start) * across + column];
             if let Some((point, depth)) = search.node(row, column, over) {
                 if depth > found.penetration && search.is_whole(row, column, layup::element(*over)) {
@@ -217,7 +289,7 @@ impl<'a, S: Scalar> PlySearch<'a, S> {
             &position,
             self.sign(),
             self.touching - SLOP * self.thickness,
-            self.area(cell),
+            self.theirs.mesh.area(cell[0], cell[1]),
         ) {
             if was_inside {
                 *over = start as u32;
@@ -246,12 +318,6 @@ impl<'a, S: Scalar> PlySearch<'a, S> {
         corners(cell).map(|(r, c)| self.theirs.position(r, c))
     }
 
-    /// Area of a cell of the neighbour at rest [m²].
-    #[inline(always)]
-    fn area(&self, [row, column]: [usize; 2]) -> f64 {
-        self.theirs.mesh.area(row, column)
-    }
-
     /// Whether a cell of the neighbour carries load.
     fn stands(&self, cell: [usize; 2]) -> bool {
         self.state.is_intact(self.model.grid.first_element_row(self.other) + cell[0], cell[1])
@@ -270,7 +336,11 @@ impl<'a, S: Scalar> PlySearch<'a, S> {
         let (mesh, sign) = (self.theirs.mesh, self.sign());
         let mut left = [cell; WALK];
         for walk in 0..=WALK {
-            let Some(foot) = ply_contact::closest_point(&corner, position, self.area(cell), planes) else { break };
+            let Some(foot) =
+                ply_contact::closest_point(&corner, position, self.theirs.mesh.area(cell[0], cell[1]), planes)
+            else {
+                break;
+            };
             if ply_contact::is_over(foot.at, cell, mesh.rows, mesh.columns, mesh.cut) {
                 let gap = sign * foot.height - self.touching;
                 let weights = ply_contact::weights(foot.at);
@@ -308,7 +378,9 @@ impl<'a, S: Scalar> PlySearch<'a, S> {
             }
             let cell = [r, c];
             let corner = self.corners(cell);
-            let Some(foot) = ply_contact::closest_point(&corner, position, self.area(cell), NO_PLANES) else {
+            let Some(foot) =
+                ply_contact::closest_point(&corner, position, self.theirs.mesh.area(cell[0], cell[1]), NO_PLANES)
+            else {
                 continue;
             };
             let (arm, at) = match ply_contact::is_over(foot.at, cell, mesh.rows, mesh.columns, mesh.cut) {
@@ -342,7 +414,7 @@ impl<'a, S: Scalar> PlySearch<'a, S> {
         // What would only just touch is left alone: rounding would decide it, and with it the shares of all around it.
         if touch.gap >= -SLOP * self.thickness
             || !self.stands(touch.cell)
-            || !node_stands(self.model, self.state, self.ply, row, column)
+            || !node_stands(self.model, self.state, [self.ply, row, column])
         {
             return None;
         }
@@ -358,9 +430,9 @@ impl<'a, S: Scalar> PlySearch<'a, S> {
         let limit = ply_contact::closing_limit(gap, dt);
         let recovery = ply_contact::recovery(gap, self.thickness, along, dt);
         let point = (along < limit || recovery > 0.0).then(|| PlyContactPoint {
-            row: row as u32,
-            column: column as u32,
-            cell: touch.cell.map(|at| at as u32),
+            row,
+            column,
+            cell: touch.cell,
             weights: touch.weights,
             part: self.own.mesh.part_of(row, column),
             normal: touch.normal,

@@ -342,7 +342,3 @@ fn account(start: &RigidBody, body: &RigidBody, points: &[ContactPoint], nodes: 
     }
     totals
 }
-
-#[cfg(test)]
-#[path = "projectile_contact_tests.rs"]
-mod tests;

@@ -11,13 +11,12 @@ use nalgebra::Vector3;
 use crate::model::layup::SIDES;
 use crate::model::{Model, layup};
 use crate::num::scalar::Scalar;
-use crate::physics::rigid_body::{RigidBody, Twist};
+use crate::physics::rigid_body::RigidBody;
 use crate::solver::Context;
 use crate::solver::contact_candidates::find_candidates;
 use crate::solver::edge_contact::{EdgeConstraint, EdgeContact};
-use crate::solver::gather::gather;
-use crate::solver::gather::neighbours;
-use crate::solver::node_update::field as node;
+use crate::solver::energy_balance::NodeCorrection;
+use crate::solver::node_update::{field as node, gather, neighbours};
 use crate::solver::projectile_contact;
 use crate::solver::projectile_contact::ContactPoint;
 use crate::solver::state::{State, node_position, node_stands};
@@ -29,9 +28,9 @@ const CANDIDATE_STEPS: f64 = 24.0;
 #[derive(Default)]
 pub(super) struct ProjectileContact {
     /// Ply, row, column, in storage order.
-    candidates: Vec<[u32; 3]>,
+    pub(super) candidates: Vec<[usize; 3]>,
     /// Distance that nodes and body may still approach each other before `candidates` are stale [m].
-    skin: f64,
+    pub(super) skin: f64,
     /// Edges between the candidates.
     edges: CandidateEdges,
     /// Candidates in this step, by their place in `edges`.
@@ -53,8 +52,8 @@ struct CandidateEdges {
 
 impl CandidateEdges {
     /// Edges of nodes in storage order; none where contact is not sampled on them.
-    fn of<S: Scalar>(model: &Model<S>, candidates: &[[u32; 3]]) -> Self {
-        let mut places: Vec<_> = candidates.iter().map(|place| place.map(|at| at as usize)).collect();
+    fn of<S: Scalar>(model: &Model<S>, candidates: &[[usize; 3]]) -> Self {
+        let mut places: Vec<_> = candidates.to_vec();
         let edges = if model.edges { candidates.len() } else { 0 };
         // Two edges may end at one node beyond: two of it would each be given a part of its impulse, and one be lost.
         let mut beyond = BTreeMap::new();
@@ -101,13 +100,8 @@ struct CandidateNode {
 }
 
 impl ProjectileContact {
-    /// The nodes near the body, and how far they may still approach each other before that is stale [m].
-    pub(super) fn memory(&self) -> (&[[u32; 3]], f64) {
-        (&self.candidates, self.skin)
-    }
-
-    /// Takes what [`Self::memory`] gives.
-    pub(super) fn remember<S: Scalar>(&mut self, model: &Model<S>, candidates: Vec<[u32; 3]>, skin: f64) {
+    /// Takes a list of the nodes near the body, and how far they may still approach each other before it is stale [m].
+    pub(super) fn remember<S: Scalar>(&mut self, model: &Model<S>, candidates: Vec<[usize; 3]>, skin: f64) {
         self.edges = CandidateEdges::of(model, &candidates);
         (self.candidates, self.skin) = (candidates, skin);
     }
@@ -154,13 +148,10 @@ impl ProjectileContact {
             }
             context.state.active[p.ply].activate(p.row, p.column);
             if context.sample {
-                context.balance.correct_node(
-                    p.ply,
-                    p.mass,
-                    &p.free,
-                    &velocity,
-                    &((p.free - p.before) * (model.dt / kick)),
-                );
+                let pull = (p.free - p.before) * (model.dt / kick);
+                context
+                    .balance
+                    .correct_node(p.ply, &NodeCorrection { mass: p.mass, free: p.free, now: velocity, pull });
             }
         }
     }
@@ -179,17 +170,16 @@ impl ProjectileContact {
     /// The nodes that may touch the body in this step.
     fn gather_points<S: Scalar>(&mut self, context: &mut Context<'_, S>, body: &RigidBody, nothing: &[S]) {
         let (model, state) = (context.model, &*context.state);
-        let approach = Approach::of(body, model.dt);
+        let misses = misses(body, model.dt);
         self.points.clear();
         for (place, node) in self.edges.places[..self.candidates.len()].iter().zip(&mut self.nodes) {
-            let [ply, row, column] = *place;
-            if !node_stands(model, state, ply, row, column) {
+            if !node_stands(model, state, *place) {
                 continue;
             }
             let (gap, normal) = body.contact_distance(&node.pressed);
             context.totals.penetration = context.totals.penetration.max(-gap);
             let sample = ContactSample { gap, normal, ..node.sample };
-            if approach.misses(&sample) {
+            if misses(&sample) {
                 continue;
             }
             let point = contact_point(context, body, nothing, *place, &sample);
@@ -209,7 +199,7 @@ impl ProjectileContact {
         crossings.clear();
         edge_contact.clear();
         let (profile, axis) = (&body.body.profile, body.orientation.transform_vector(&Vector3::z()));
-        let approach = Approach::of(body, model.dt);
+        let misses = misses(body, model.dt);
         let all = edges.next.iter().enumerate();
         for ends in all.flat_map(|(from, next)| next.iter().flatten().map(move |to| [from, *to])) {
             let [from, to] = ends.map(|end| candidates[end].pressed);
@@ -227,7 +217,7 @@ impl ProjectileContact {
                     free: mix(|end| end.free),
                     between: both[0].between.max(both[1].between),
                 };
-                if crossing.gap < -body.rim_depth || approach.misses(&crossing) {
+                if crossing.gap < -body.rim_depth || misses(&crossing) {
                     continue;
                 }
                 let weights = [1.0 - at, at];
@@ -266,37 +256,26 @@ impl ProjectileContact {
 }
 
 /// A node before contact; out of touch.
-fn sample_node<S: Scalar>(model: &Model<S>, state: &State<S>, [ply, row, column]: [usize; 3]) -> ContactSample {
+fn sample_node<S: Scalar>(model: &Model<S>, state: &State<S>, place: [usize; 3]) -> ContactSample {
+    let [ply, row, column] = place;
     let at = model.grid.first_node_row(ply) + row;
     let free = Vector3::from(model.ply_type(ply).mesh.to_pack(state.velocity(at, column)));
     ContactSample {
         gap: f64::INFINITY,
         normal: Vector3::z(),
-        position: node_position(model, state, ply, row, column) - free * model.dt,
+        position: node_position(model, state, place) - free * model.dt,
         free,
-        between: fabric_between(model, state, ply, row, column),
+        between: fabric_between(model, state, place),
     }
 }
 
-/// Motion of a body in a step.
-struct Approach {
-    position: Vector3<f64>,
-    twist: Twist,
-    /// Velocity that the body may gain at any place under impulses [m/s].
-    gain: f64,
-    dt: f64,
-}
-
-impl Approach {
-    fn of(body: &RigidBody, dt: f64) -> Self {
-        // A body that turns under impulses may reach a little further than its velocity now takes it.
-        Self { position: body.position, twist: body.twist(), gain: 0.1 * body.speed_bound(), dt }
-    }
-
-    /// Whether it cannot touch a point within the step.
-    fn misses(&self, sample: &ContactSample) -> bool {
-        let approach = (sample.free - self.twist.at(&(sample.position - self.position))).dot(&sample.normal);
-        sample.gap + self.dt * (approach - self.gain) > 0.0
+/// Whether a body cannot touch a point within a step.
+fn misses(body: &RigidBody, dt: f64) -> impl Fn(&ContactSample) -> bool {
+    // Velocity that the body may gain at any place under impulses: one that turns may reach a little further than its velocity now takes it.
+    let (position, twist, gain) = (body.position, body.twist(), 0.1 * body.speed_bound());
+    move |sample| {
+        let approach = (sample.free - twist.at(&(sample.position - position))).dot(&sample.normal);
+        sample.gap + dt * (approach - gain) > 0.0
     }
 }
 
@@ -366,7 +345,7 @@ fn turned([c, s]: [f64; 2], [x, y, z]: [f64; 3]) -> [f64; 3] {
 }
 
 /// Thickness of the fabric between a node and the struck side [m]: of each ply in front whose element there stands.
-pub fn fabric_between<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize, row: usize, column: usize) -> f64 {
+pub fn fabric_between<S: Scalar>(model: &Model<S>, state: &State<S>, [ply, row, column]: [usize; 3]) -> f64 {
     let mut place = [row, column];
     let mut thickness = 0.0;
     for front in (0..ply).rev() {
@@ -387,5 +366,69 @@ pub fn fabric_between<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize,
 }
 
 #[cfg(test)]
-#[path = "projectile_points_tests.rs"]
-mod tests;
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    use crate::case;
+    use crate::solver::element_totals::field;
+
+    /// A case with changes, its model and its state at the start.
+    fn scene(case: &str, sets: &[&str]) -> (Model<f64>, State<f64>) {
+        let sets: Vec<String> = ["/expect=[]"].iter().chain(sets).map(|set| (*set).to_owned()).collect();
+        let case = case::read(Path::new(case), &sets).unwrap_or_else(|error| unreachable!("{error}"));
+        let model = Model::new(&case).unwrap_or_else(|error| unreachable!("{error}"));
+        let state = State::new(&case, &model);
+        (model, state)
+    }
+
+    #[test]
+    fn fabric_between_counts_the_elements_in_front_that_stand() {
+        let sets = ["/pack/plies=3", "/pack/width_mm=11.43", "/pack/height_mm=8.89", "/projectile=null"];
+        let (model, mut state) = scene("cases/s728-4ply-91.json", &sets);
+        let mesh = &model.ply_type(0).mesh;
+        // Plies alike: the same element of each is in front of a node.
+        let front = |ply: usize, row: usize, column: usize| {
+            let at = (ply * SIDES * (mesh.rows + 1) + row) * (mesh.columns + 1) + column;
+            let element = layup::element(state.over[at]);
+            [element / mesh.columns, element % mesh.columns]
+        };
+        let (row, column) = (mesh.rows / 2, mesh.columns / 2);
+        let [first, second] = [1, 2].map(|ply| front(ply, row, column));
+        let between = |state: &State<f64>| fabric_between(&model, state, [2, row, column]);
+        let [a, b] = [0, 1].map(|ply: usize| model.plies[ply].touching);
+        assert_eq!(between(&state), b + a);
+        let mut cut = |ply: usize, [row, column]: [usize; 2], alive: f64| {
+            let row = model.grid.first_element_row(ply) + row;
+            (0..2).for_each(|yarn| state.elements.set(row, field::ALIVE + yarn, column + 1, alive));
+            fabric_between(&model, &state, [2, mesh.rows / 2, mesh.columns / 2])
+        };
+        assert_eq!(cut(0, first, 0.0), b);
+        assert_eq!(cut(1, second, 0.0), 0.0);
+        assert_eq!(cut(0, first, 1.0), a);
+        // Holes elsewhere change nothing.
+        let others = (0..mesh.rows).flat_map(|row| (0..mesh.columns).map(move |column| [row, column]));
+        assert!(others.filter(|place| *place != first).all(|place| cut(0, place, 0.0) == a));
+    }
+
+    #[test]
+    fn an_edge_is_there_as_long_as_a_yarn_runs_along_it() {
+        let sets = ["/pack/width_mm=11.43", "/pack/height_mm=11.43"];
+        let (model, mut state) = scene("cases/s720-1ply-155.json", &sets);
+        // Edges from node (4, 5): along warp between elements (3, 5) and (4, 5), along weft between (4, 4) and (4, 5).
+        let edges =
+            |state: &State<f64>| [[0, 4, 6], [0, 5, 5]].map(|next| edge_stands(&model, state, [[0, 4, 5], next]));
+        for (yarn, beside) in [[3, 5], [4, 4]].into_iter().enumerate() {
+            assert_eq!(edges(&state), [true; 2]);
+            let cut = |state: &mut State<f64>, alive: f64, [row, column]: [usize; 2]| {
+                state.elements.set(row, field::ALIVE + yarn, column + 1, alive);
+            };
+            cut(&mut state, 0.0, [4, 5]);
+            assert_eq!(edges(&state), [true; 2], "the element on the other side still has its yarn {yarn}");
+            cut(&mut state, 0.0, beside);
+            assert_eq!(edges(&state), [yarn != 0, yarn != 1], "no yarn {yarn} is left along that edge");
+            cut(&mut state, 1.0, [4, 5]);
+            cut(&mut state, 1.0, beside);
+        }
+    }
+}

@@ -1,5 +1,7 @@
 //! The state: everything that varies during a run.
 
+use std::ops::Range;
+
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use tracing::info;
@@ -11,9 +13,6 @@ use crate::model::{Model, ModelError, layup};
 use crate::num::aligned::Aligned;
 use crate::num::scalar::Scalar;
 use crate::physics::rigid_body::RigidBody;
-use crate::solver;
-use crate::solver::Stepper;
-use crate::solver::active_region::ActiveRegion;
 use crate::solver::element_totals::field as element;
 use crate::solver::node_update::field as node;
 
@@ -33,16 +32,7 @@ pub struct Rows<S> {
 impl<S: Scalar> Rows<S> {
     /// Zeros. In every field `first` is where vectors begin.
     pub fn new(rows: usize, fields: usize, stride: usize, first: usize) -> Self {
-        Self { data: Aligned::new(S::splat(0.0), rows * fields * stride, first), fields, stride }
-    }
-
-    /// Numbers in double precision.
-    pub fn widened(&self) -> Rows<f64> {
-        let mut data = Aligned::new(0.0, self.data.len(), self.data.first());
-        for (wide, x) in data.iter_mut().zip(self.data.iter()) {
-            *wide = x.to_f64();
-        }
-        Rows { data, fields: self.fields, stride: self.stride }
+        Self { data: Aligned::zeros(rows * fields * stride, first), fields, stride }
     }
 
     /// Numbers per row.
@@ -91,6 +81,91 @@ pub(crate) fn take<'a, T>(rest: &mut &'a mut [T], count: usize) -> &'a mut [T] {
     head
 }
 
+/// Rectangle of nodes of a ply that may have moved or move; it grows by one ring a step.
+///
+/// A node feels only its own elements, and they only their corners, so motion spreads by at most one ring of nodes a
+/// step; contact adds what it touches. Everything outside is exactly at rest, to the last bit, and leaving it out
+/// changes nothing.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ActiveRegion {
+    /// Rows of nodes.
+    pub rows: Range<usize>,
+    /// Columns of nodes.
+    pub columns: Range<usize>,
+}
+
+impl ActiveRegion {
+    /// Everything may have moved.
+    pub fn whole(mesh: &Mesh) -> Self {
+        Self { rows: 0..mesh.rows + 1, columns: 0..mesh.columns + 1 }
+    }
+
+    /// Whether nothing has moved.
+    pub fn is_nothing(&self) -> bool {
+        self.rows.is_empty() || self.columns.is_empty()
+    }
+
+    /// Takes a node in.
+    pub fn activate(&mut self, row: usize, column: usize) {
+        *self = self.union(&Self { rows: row..row + 1, columns: column..column + 1 });
+    }
+
+    /// The smallest rectangle around both.
+    #[must_use]
+    pub(crate) fn union(&self, other: &Self) -> Self {
+        if self.is_nothing() {
+            return other.clone();
+        }
+        if other.is_nothing() {
+            return self.clone();
+        }
+        let join = |a: &Range<usize>, b: &Range<usize>| a.start.min(b.start)..a.end.max(b.end);
+        Self { rows: join(&self.rows, &other.rows), columns: join(&self.columns, &other.columns) }
+    }
+
+    /// With `rings` more nodes on every side, within the ply.
+    #[must_use]
+    pub fn grown(&self, rings: usize, mesh: &Mesh) -> Self {
+        if self.is_nothing() {
+            return Self::default();
+        }
+        let grow = |r: &Range<usize>, last: usize| r.start.saturating_sub(rings)..(r.end + rings).min(last + 1);
+        Self { rows: grow(&self.rows, mesh.rows), columns: grow(&self.columns, mesh.columns) }
+    }
+
+    /// Rows and columns of the elements that have a corner in it.
+    pub fn elements(&self, mesh: &Mesh) -> [Range<usize>; 2] {
+        if self.is_nothing() {
+            return [0..0, 0..0];
+        }
+        let span = |r: &Range<usize>, count: usize| r.start.saturating_sub(1)..r.end.min(count);
+        [span(&self.rows, mesh.rows), span(&self.columns, mesh.columns)]
+    }
+
+    /// The nodes of another ply that lie over it or within `slack` [m] of that, by their reference positions.
+    #[must_use]
+    pub(crate) fn seen_from(&self, own: &Mesh, other: &Mesh, slack: f64) -> Self {
+        if self.is_nothing() {
+            return Self::default();
+        }
+        let mut low = [f64::INFINITY; 2];
+        let mut high = [f64::NEG_INFINITY; 2];
+        for row in [self.rows.start, self.rows.end - 1] {
+            for column in [self.columns.start, self.columns.end - 1] {
+                let [x, y] = own.reference(row, column);
+                let [x, y, _] = other.to_ply(own.to_pack([x, y, 0.0]));
+                for (a, at) in [x, y].into_iter().enumerate() {
+                    low[a] = low[a].min(at);
+                    high[a] = high[a].max(at);
+                }
+            }
+        }
+        let slack = slack + 1.5 * own.longest();
+        let span = |a: usize| other.lines_between(a, [low[a] - slack, high[a] + slack]);
+        Self { rows: span(1), columns: span(0) }
+    }
+}
+
 /// State of a run. Nodes and elements are in the axes of their ply.
 #[derive(Clone, Debug)]
 pub struct State<S> {
@@ -102,7 +177,7 @@ pub struct State<S> {
     /// Nodes of each ply that may have moved.
     pub active: Vec<ActiveRegion>,
     /// Element (row·columns + column) of the ply in front, and of the ply behind, that a node is over or was last, and
-    /// [`over::INSIDE`] where it is too close to it;
+    /// [`layup::PENETRATING`] where it is too close to it;
     /// shape (plies, 2, (rows + 1)·(columns + 1)), empty for a single ply.
     pub over: Vec<u32>,
     /// The projectile.
@@ -148,7 +223,7 @@ impl<S: Scalar> State<S> {
                     }
                 }
             }
-            reach.push(if model.at_rest { ActiveRegion::nothing() } else { ActiveRegion::whole(mesh) });
+            reach.push(if model.at_rest { ActiveRegion::default() } else { ActiveRegion::whole(mesh) });
         }
         let over = layup::over_at_rest(model);
         Self { nodes, elements, active: reach, over, body: model.projectile.clone(), step: 0 }
@@ -208,11 +283,8 @@ pub(crate) fn set_up<S: Scalar>(case: &Case, symmetry: bool) -> Result<(Model<S>
         plies = model.plies.len(),
         elements = model.whole_elements(),
         computed = model.elements(),
-        mirrored = ?model.planes.names(),
         step_us = model.dt * 1e6,
         set_by = model.bound.set_by,
-        numbers = state.nodes.data.len() + state.elements.data.len(),
-        precision = S::NAME,
         "model built"
     );
     Ok((model, state))
@@ -237,7 +309,7 @@ pub(crate) fn given<S: Scalar>(model: &Model<S>, state: &State<S>) -> Given {
     let mut energy = 0.0;
     let mut momentum = Vector3::zeros();
     if model.ply_types.iter().any(|ply_type| ply_type.initial_velocity != [0.0; 3]) {
-        for [ply, row, column] in solver::divergence::nodes(model) {
+        for [ply, row, column] in model.node_places() {
             let ply_type = model.ply_type(ply);
             let velocity = state.velocity(model.grid.first_node_row(ply) + row, column);
             let v = Vector3::from(ply_type.mesh.to_pack(velocity));
@@ -267,9 +339,8 @@ fn rounding<S: Scalar>(model: &Model<S>, body: Option<&RigidBody>) -> f64 {
 fn check_start<S: Scalar>(model: &Model<S>, state: &State<S>) -> Result<(), ModelError> {
     let Some(body) = &state.body else { return Ok(()) };
     let mut deepest: f64 = 0.0;
-    for [ply, row, column] in solver::divergence::nodes(model) {
-        let (gap, _) = body.gap(&node_position(model, state, ply, row, column));
-        deepest = deepest.max(-gap);
+    for place in model.node_places() {
+        deepest = deepest.max(-body.gap(&node_position(model, state, place)).0);
     }
     // Room for rounding of a touching start in the state's precision.
     let rounding = 16.0 * S::EPSILON * (body.body.bounding_radius + body.position.norm());
@@ -279,45 +350,15 @@ fn check_start<S: Scalar>(model: &Model<S>, state: &State<S>) -> Result<(), Mode
     Ok(())
 }
 
-/// Everything in a stepper that later steps depend on.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct StepperState {
-    /// Largest distance that any node may have gone so far [m].
-    travel: f64,
-    /// Ply, row, column of the nodes near the projectile.
-    candidates: Vec<[u32; 3]>,
-    /// Distance that they and the projectile may still approach each other before the list is stale [m].
-    skin: f64,
-}
-
-impl<S: Scalar> Stepper<S> {
-    /// State of the stepper that the next steps depend on.
-    pub(crate) fn memory(&self) -> StepperState {
-        let (candidates, skin) = self.projectile.memory();
-        StepperState { travel: self.plies.travel, candidates: candidates.to_vec(), skin }
-    }
-
-    /// Goes on with the memory of another stepper of the same model.
-    pub(crate) fn remember(&mut self, model: &Model<S>, memory: StepperState) {
-        self.plies.travel = memory.travel;
-        self.projectile.remember(model, memory.candidates, memory.skin);
-    }
-}
-
 /// Whether any element around a node still carries load; debris no longer touches anything.
-pub fn node_stands<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize, row: usize, column: usize) -> bool {
+pub fn node_stands<S: Scalar>(model: &Model<S>, state: &State<S>, [ply, row, column]: [usize; 3]) -> bool {
     let first = model.grid.first_element_row(ply);
     model.ply_type(ply).mesh.around(row, column).any(|[r, c]| state.is_intact(first + r, c))
 }
 
 /// Position of a node in the axes of the pack [m].
-pub fn node_position<S: Scalar>(
-    model: &Model<S>,
-    state: &State<S>,
-    ply: usize,
-    row: usize,
-    column: usize,
-) -> Vector3<f64> {
+pub fn node_position<S: Scalar>(model: &Model<S>, state: &State<S>, place: [usize; 3]) -> Vector3<f64> {
+    let [ply, row, column] = place;
     let mesh = &model.ply_type(ply).mesh;
     let u = state.displacement(model.grid.first_node_row(ply) + row, column);
     Vector3::from(model.reference(ply, row, column)) + Vector3::from(mesh.to_pack(u))
@@ -337,4 +378,39 @@ pub(crate) fn row_positions<S: Scalar>(
         let [x, y] = mesh.reference(row, column);
         [x + u[column].to_f64(), y + v[column].to_f64(), depth + w[column].to_f64()]
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    fn mesh(angle: f64) -> Mesh {
+        Mesh::new(20, 10, [1e-3, 2e-3], angle)
+    }
+
+    #[test]
+    fn it_grows_by_a_ring_to_the_edges() {
+        let mesh = mesh(0.0);
+        let mut reach = ActiveRegion::default();
+        assert!(reach.grown(1, &mesh).is_nothing());
+        reach.activate(4, 7);
+        reach.activate(5, 6);
+        assert_eq!(reach, ActiveRegion { rows: 4..6, columns: 6..8 });
+        assert_eq!(reach.grown(2, &mesh), ActiveRegion { rows: 2..8, columns: 4..10 });
+        assert_eq!(reach.grown(50, &mesh), ActiveRegion::whole(&mesh));
+        assert_eq!(reach.elements(&mesh), [3..6, 5..8]);
+        assert_eq!(ActiveRegion::whole(&mesh).elements(&mesh), [0..10, 0..20]);
+    }
+
+    #[test]
+    fn another_ply_sees_it_where_it_lies() {
+        let (flat, turned) = (mesh(0.0), mesh(std::f64::consts::FRAC_PI_2));
+        let mut reach = ActiveRegion::default();
+        reach.activate(5, 10); // the centre
+        let seen = reach.seen_from(&flat, &turned, 0.0);
+        assert!(seen.rows.contains(&5) && seen.columns.contains(&10) && seen.rows.len() < 8, "{seen:?}");
+        let corner = ActiveRegion { rows: 0..1, columns: 0..1 };
+        // The corner (-10, -10) mm of a ply lies at (-10, 10) mm of one turned by 90 degrees.
+        let seen = corner.seen_from(&flat, &turned, 0.0);
+        assert!(seen.rows.contains(&10) && seen.columns.contains(&0) && !seen.rows.contains(&0), "{seen:?}");
+    }
 }

@@ -9,48 +9,21 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
-use crate::model::Model;
+use crate::model::mesh::Grid;
+use crate::model::ply_type::PlyType;
 use crate::num::scalar::Scalar;
 use crate::solver::Context;
-use crate::solver::active_region::ActiveRegion;
-use crate::solver::element_totals::field as element;
-use crate::solver::element_totals::{ElementRow, ElementTotals};
-use crate::solver::gather::Neighbours;
-use crate::solver::node_update::{NodePass, NodeTotals};
+use crate::solver::element_totals::{ElementRow, ElementTotals, field as element};
+use crate::solver::node_update::{Neighbours, NodePass, NodeTotals};
 use crate::solver::row_kernels::RowKernels;
-use crate::solver::state::{split, split_mut, take};
+use crate::solver::state::{ActiveRegion, State, split, split_mut, take};
 
 /// Rows of elements of a block.
 const BLOCK: usize = 8;
 /// Bands a ply is cut into at most. More threads share bands.
 pub(super) const BANDS: usize = 4;
-/// Plies whose rows between bands one thread moves: a few rows take no longer than sharing them out.
+/// Plies whose rows at the ends of bands one thread moves: a few rows take no longer than sharing them out.
 const TOGETHER: usize = 16;
-
-/// Parts of a step that a sweep does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Passes {
-    /// The forces of the elements.
-    Elements,
-    /// The motion of the nodes.
-    Nodes,
-    /// One after the other.
-    Both,
-}
-
-/// A sweep over all plies.
-pub(super) struct Sweep<'a, S: Scalar> {
-    pub(super) model: &'a Model<S>,
-    /// Kernels of each ply type.
-    pub(super) kernels: &'a [Box<dyn RowKernels<S>>],
-    /// Zeros for a row of nodes without elements on one side.
-    pub(super) nothing: &'a [S],
-    /// Active region of each ply before this step.
-    pub(super) reached: &'a [ActiveRegion],
-    pub(super) passes: Passes,
-    /// Elements have fields for viscous forces.
-    pub(super) viscous: bool,
-}
 
 /// Storage of the rows of elements from `first` on, with the rows of nodes strictly between them.
 struct RowBand<'a, S> {
@@ -61,27 +34,8 @@ struct RowBand<'a, S> {
     node_totals: &'a mut [NodeTotals],
 }
 
-/// A row of nodes at an end of a band: between two of them, or at the edge of the ply.
-enum End<'a, S> {
-    Shared(&'a [S]),
-    Own(&'a mut [S], &'a mut NodeTotals),
-}
-
-impl<S> End<'_, S> {
-    fn nodes(&self) -> &[S] {
-        match self {
-            Self::Shared(nodes) => nodes,
-            Self::Own(nodes, _) => nodes,
-        }
-    }
-}
-
-/// A strip with its ends.
-struct Band<'a, S> {
-    strip: RowBand<'a, S>,
-    low: End<'a, S>,
-    high: End<'a, S>,
-}
+/// A band with its number, its ply and the rows of nodes at its ends, which it only reads.
+type Band<'a, 'b, S> = (usize, &'b PlyPass<'a, S>, RowBand<'b, S>, [&'b [S]; 2]);
 
 /// Strips on either side of a row of nodes, and that row with its totals.
 type Parted<'a, S> = (RowBand<'a, S>, (&'a mut [S], &'a mut NodeTotals), RowBand<'a, S>);
@@ -115,8 +69,13 @@ impl<'a, S> RowBand<'a, S> {
 
 /// Pass over the rows of a ply.
 struct PlyPass<'a, S: Scalar> {
-    sweep: &'a Sweep<'a, S>,
-    ply: usize,
+    grid: &'a Grid,
+    ply_type: &'a PlyType<S>,
+    kernels: &'a dyn RowKernels<S>,
+    /// Zeros for a row of nodes without elements on one side.
+    nothing: &'a [S],
+    /// Whether elements are computed, and whether nodes move.
+    passes: [bool; 2],
     /// Rows and columns of the elements that are computed.
     elements: [Range<usize>; 2],
     /// Nodes that move.
@@ -149,106 +108,91 @@ fn cuts(rows: usize, computed: &Range<usize>, bands: usize) -> Vec<usize> {
 }
 
 impl<'a, S: Scalar> Storage<'a, S> {
-    /// The bands, with their numbers.
-    fn bands(&mut self) -> Vec<(usize, &PlyPass<'a, S>, Band<'_, S>)> {
+    fn bands(&mut self) -> Vec<Band<'a, '_, S>> {
         let length = self.ply.length;
         // A ply may have fewer rows than there is room for.
         let rows = self.cuts[self.cuts.len() - 1];
-        let (mut nodes, mut node_totals) = (&mut self.nodes[..(rows + 1) * length[0]], &mut self.node_totals[..=rows]);
-        let mut low = End::Own(take(&mut nodes, length[0]), &mut take(&mut node_totals, 1)[0]);
+        let mut nodes = &mut self.nodes[..(rows + 1) * length[0]];
+        let mut low = &*take(&mut nodes, length[0]);
         let mut rest = RowBand {
             first: 0,
             nodes: take(&mut nodes, (rows - 1) * length[0]),
             elements: &mut self.elements[..rows * length[1]],
             element_totals: &mut self.element_totals[..rows],
-            node_totals: take(&mut node_totals, rows - 1),
+            node_totals: &mut self.node_totals[1..rows],
         };
         let mut bands = Vec::with_capacity(self.cuts.len() - 1);
         for (band, &row) in self.cuts[1..self.cuts.len() - 1].iter().enumerate() {
             let (strip, (middle, _), high) = rest.cut(row, length);
             let middle = &*middle;
-            bands.push((band, &self.ply, Band { strip, low, high: End::Shared(middle) }));
-            (low, rest) = (End::Shared(middle), high);
+            bands.push((band, &self.ply, strip, [low, middle]));
+            (low, rest) = (middle, high);
         }
-        let high = End::Own(nodes, &mut node_totals[0]);
-        bands.push((self.cuts.len() - 2, &self.ply, Band { strip: rest, low, high }));
+        bands.push((self.cuts.len() - 2, &self.ply, rest, [low, &*nodes]));
         bands
     }
 
-    /// Moves the rows of nodes between bands, which both of them have read.
-    fn between(&mut self) {
+    /// Moves the rows of nodes at the ends of bands, once all bands have read them.
+    fn move_ends(&mut self) {
         let [length, element_length] = self.ply.length;
-        for &row in &self.cuts[1..self.cuts.len() - 1] {
-            let (below, above) = self.elements[(row - 1) * element_length..].split_at(element_length);
+        let row_of_elements = |row: usize| &self.elements[row * element_length..(row + 1) * element_length];
+        for &row in &self.cuts {
+            let below = if row > 0 { row_of_elements(row - 1) } else { self.ply.nothing };
+            let above = if row < self.cuts[self.cuts.len() - 1] { row_of_elements(row) } else { self.ply.nothing };
             let node = &mut self.nodes[row * length..(row + 1) * length];
-            self.ply.move_nodes(row, below, &above[..element_length], node, &mut self.node_totals[row]);
+            self.ply.move_nodes(row, below, above, node, &mut self.node_totals[row]);
         }
     }
 }
 
-impl<S: Scalar> Sweep<'_, S> {
-    /// Advances every ply; totals are by row of elements and by row of nodes.
-    pub(super) fn run(
-        &self,
-        context: &mut Context<'_, S>,
-        element_totals: &mut [ElementTotals],
-        node_totals: &mut [NodeTotals],
-    ) {
-        let (grid, sample, kick) = (&self.model.grid, context.sample, context.kick());
-        let state = &mut *context.state;
-        // The first step computes everything, so that yarn heights at rest are those the unit cell finds.
-        let all = state.step == 0;
-        let dt = self.model.dt;
-        let times = [if all { 0.0 } else { dt }, kick, dt];
-        let length = [state.nodes.row_length(), state.elements.row_length()];
-        let rows = grid.rows;
-        let bands = rayon::current_num_threads().min(BANDS);
-        let plies = (state.nodes.data.chunks_mut((rows + 1) * length[0]))
-            .zip(state.elements.data.chunks_mut(rows * length[1]))
-            .zip(element_totals.chunks_mut(rows).zip(node_totals.chunks_mut(rows + 1)));
-        let storage = |(ply, ((nodes, elements), (element_totals, node_totals)))| {
-            let mesh = &self.model.ply_type(ply).mesh;
-            let reached = &self.reached[ply];
-            let ply = PlyPass {
-                sweep: self,
-                ply,
-                elements: if all { [0..mesh.rows, 0..mesh.columns] } else { reached.elements(mesh) },
-                nodes: reached.grown(1, mesh),
-                times,
-                sample,
-                length,
-            };
-            let cuts = cuts(mesh.rows, &ply.elements[0], bands);
-            Storage { ply, cuts, nodes, elements, element_totals, node_totals }
+/// Advances every ply, with the kernels of each ply type; totals are by row of elements and by row of nodes. `nothing`, `passes`: see
+/// [`PlyPass`].
+pub(super) fn sweep<S: Scalar>(
+    context: &mut Context<'_, S>,
+    kernels: &[Box<dyn RowKernels<S>>],
+    nothing: &[S],
+    passes: [bool; 2],
+    element_totals: &mut [ElementTotals],
+    node_totals: &mut [NodeTotals],
+) {
+    let (model, sample, kick) = (context.model, context.sample, context.kick());
+    let State { nodes, elements, active, step, .. } = &mut *context.state;
+    // The first step computes everything, so that yarn heights at rest are those the unit cell finds.
+    let all = *step == 0;
+    let times = [if all { 0.0 } else { model.dt }, kick, model.dt];
+    let length = [nodes.row_length(), elements.row_length()];
+    let rows = model.grid.rows;
+    let bands = rayon::current_num_threads().min(BANDS);
+    let plies = (nodes.data.chunks_mut((rows + 1) * length[0]))
+        .zip(elements.data.chunks_mut(rows * length[1]))
+        .zip(element_totals.chunks_mut(rows).zip(node_totals.chunks_mut(rows + 1)));
+    let storage = |(ply, ((nodes, elements), (element_totals, node_totals)))| {
+        let (ply_type, reached): (_, &ActiveRegion) = (model.ply_type(ply), &active[ply]);
+        let mesh = &ply_type.mesh;
+        let ply = PlyPass {
+            grid: &model.grid,
+            ply_type,
+            kernels: &*kernels[model.plies[ply].ply_type],
+            nothing,
+            passes,
+            elements: if all { [0..mesh.rows, 0..mesh.columns] } else { reached.elements(mesh) },
+            nodes: reached.grown(1, mesh),
+            times,
+            sample,
+            length,
         };
-        let mut plies: Vec<_> = plies.enumerate().map(storage).collect();
-        // Band by band, so that a thread has the same rows of neighbouring plies, which look at each other in contact.
-        let mut bands: Vec<_> = plies.iter_mut().flat_map(Storage::bands).collect();
-        bands.sort_by_key(|(number, ..)| *number);
-        bands.into_par_iter().for_each(|(_, ply, band)| ply.band(band));
-        plies.par_iter_mut().with_min_len(TOGETHER).for_each(Storage::between);
-    }
-
-    fn has(&self, pass: Passes) -> bool {
-        self.passes == pass || self.passes == Passes::Both
-    }
+        let cuts = cuts(mesh.rows, &ply.elements[0], bands);
+        Storage { ply, cuts, nodes, elements, element_totals, node_totals }
+    };
+    let mut plies: Vec<_> = plies.enumerate().map(storage).collect();
+    // Band by band, so that a thread has the same rows of neighbouring plies, which look at each other in contact.
+    let mut bands: Vec<_> = plies.iter_mut().flat_map(Storage::bands).collect();
+    bands.sort_by_key(|(number, ..)| *number);
+    bands.into_par_iter().for_each(|(_, ply, strip, ends)| ply.strip(strip, ends));
+    plies.par_iter_mut().with_min_len(TOGETHER).for_each(Storage::move_ends);
 }
 
 impl<S: Scalar> PlyPass<'_, S> {
-    /// A band, and the edges of the ply that it has.
-    fn band(&self, band: Band<'_, S>) {
-        let Band { mut strip, low, high } = band;
-        self.strip(strip.lend(), [low.nodes(), high.nodes()]);
-        let (length, nothing) = (self.length[1], self.sweep.nothing);
-        let (first, last) = (&strip.elements[..length], &strip.elements[strip.elements.len() - length..]);
-        if let End::Own(nodes, totals) = low {
-            self.move_nodes(strip.first, nothing, first, nodes, totals);
-        }
-        if let End::Own(nodes, totals) = high {
-            self.move_nodes(strip.first + strip.element_totals.len(), last, nothing, nodes, totals);
-        }
-    }
-
     /// A strip between two rows of nodes, which nothing moves before it is done; block by block.
     fn strip(&self, mut strip: RowBand<'_, S>, [below, above]: [&[S]; 2]) {
         let rows = strip.element_totals.len();
@@ -286,7 +230,7 @@ impl<S: Scalar> PlyPass<'_, S> {
 
     /// One row of elements, from the rows of nodes below and above it.
     fn load_elements(&self, row: usize, [below, above]: [&[S]; 2], element: &mut [S], totals: &mut ElementTotals) {
-        if !self.sweep.has(Passes::Elements) {
+        if !self.passes[0] {
             return;
         }
         totals.clear();
@@ -295,11 +239,10 @@ impl<S: Scalar> PlyPass<'_, S> {
             return;
         }
         totals.computed = columns.len();
-        let model = self.sweep.model;
-        let (grid, ply_type) = (&model.grid, model.ply_type(self.ply));
+        let (grid, ply_type) = (self.grid, self.ply_type);
         let stride = grid.element_stride;
         let (element, more) = element.split_at_mut(element::COUNT * stride);
-        let (viscous, strain) = more.split_at_mut(if self.sweep.viscous { element::VISCOUS * stride } else { 0 });
+        let (viscous, strain) = more.split_at_mut(more.len() - element::STRAIN * stride);
         let mut row = ElementRow {
             below: split(below, grid.node_stride),
             above: split(above, grid.node_stride),
@@ -310,23 +253,24 @@ impl<S: Scalar> PlyPass<'_, S> {
             width: &ply_type.columns.width,
             per_width: &ply_type.columns.per_width,
             law_energy: ply_type.law_energy.as_deref(),
-            prefetch: [self.length[1], self.length[0]],
+            ahead: [self.length[1], self.length[0]],
+            range: columns.clone(),
+            dt: self.times[0],
+            sample: self.sample,
         };
-        let kernels = &self.sweep.kernels[model.plies[self.ply].ply_type];
-        kernels.elements(&mut row, columns.clone(), self.times[0], self.sample, totals);
+        self.kernels.elements(&mut row, totals);
     }
 
     /// One row of nodes, from the rows of elements below and above it.
     fn move_nodes(&self, row: usize, below: &[S], above: &[S], node: &mut [S], totals: &mut NodeTotals) {
-        if !self.sweep.has(Passes::Nodes) {
+        if !self.passes[1] {
             return;
         }
         *totals = NodeTotals::default();
         if !self.nodes.rows.contains(&row) {
             return;
         }
-        let model = self.sweep.model;
-        let (grid, ply_type) = (&model.grid, model.ply_type(self.ply));
+        let (grid, ply_type) = (self.grid, self.ply_type);
         let m = ply_type.row_mass(row);
         let [_, kick, drift] = self.times;
         let pass = NodePass {
@@ -339,8 +283,7 @@ impl<S: Scalar> PlyPass<'_, S> {
             times: [kick, drift],
             sample: self.sample,
         };
-        let kernels = &self.sweep.kernels[model.plies[self.ply].ply_type];
-        *totals = kernels.nodes(&pass, &mut split_mut(node, grid.node_stride));
+        *totals = self.kernels.nodes(&pass, &mut split_mut(node, grid.node_stride));
     }
 }
 

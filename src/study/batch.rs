@@ -3,30 +3,33 @@
 //! A shot is a function of case, seed, number and velocity; it does not depend on which others run. Its row is on the disk before the
 //! next one begins, and a row that is there is not computed again.
 
-use std::fs;
 use std::ops::Range;
-use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::panic::resume_unwind;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::thread;
+use std::{fs, slice, thread};
 
 use serde_json::{Value, json};
+use tracing::debug;
 
-use super::StudyError;
-use super::interval::Bounds;
-use super::on_device::DeviceRunner;
-use super::shot_table::{ShotRow, ShotTable};
+use super::shots::{ShotRow, ShotTable};
 use crate::case::{self, Case, CaseError, case_hash};
 use crate::gpu::{Device, DeviceError};
 use crate::output::{Folder, OutputError};
-use crate::run::batch::DeviceUse;
-use crate::run::{self, Options, Precision};
+use crate::run::batch::{DeviceBatch, PreparedShot};
+use crate::run::{self, Options, Precision, Run};
 
 /// Name of the file that says what a batch is of.
 const PLAN: &str = "plan.json";
 /// Shots tried for the names of the columns that a case draws: some cannot be set up.
 const TRIES: u32 = 16;
+/// Device memory of a batch at most [bytes].
+const MEMORY: u64 = 4 << 30;
+/// Device memory of earlier batches that are kept when another is made, at most [bytes]: searches of some realisations take turns.
+const KEPT: u64 = 512 << 20;
+/// Shots that are set up for a device at a time: they lie in the memory of the host.
+const WAITING: usize = 2048;
 
 /// One shot that is wanted.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,8 +47,6 @@ pub struct BatchProgress {
     pub done: u32,
     /// Number wanted at most.
     pub of: u32,
-    /// V50 and its interval as far as they are known [m/s].
-    pub v50: Option<(f64, Bounds)>,
 }
 
 /// Ways to compute shots. Only precision and device change results.
@@ -71,7 +72,7 @@ pub struct BatchOptions<'a> {
 
 impl BatchOptions<'_> {
     /// Whether the user has asked for the end.
-    pub(super) fn stopped(&self) -> bool {
+    fn stopped(&self) -> bool {
         self.interrupt.load(Ordering::Relaxed)
     }
 }
@@ -82,9 +83,9 @@ pub enum BatchError {
     /// Results that cannot be written.
     #[error(transparent)]
     Output(#[from] OutputError),
-    /// Request or folder that cannot be used.
+    /// Folder of another batch.
     #[error(transparent)]
-    Study(#[from] StudyError),
+    Plan(#[from] CaseError),
     /// Device that was lost; rows so far are written.
     #[error(transparent)]
     Device(DeviceError),
@@ -120,7 +121,8 @@ impl<'a> Batch<'a> {
         let first = orders.filter_map(|order| order_case(&case, options.seed, order).ok()).next();
         let drawn = first.into_iter().flat_map(|shot| shot.drawn).map(|drawn| drawn.column).collect();
         let table = Mutex::new(ShotTable::open(folder, name, drawn, options.resume)?);
-        Ok(Self { case, options: *options, table, device: DeviceRunner::new(options).map(Mutex::new) })
+        let runner = |device| Mutex::new(DeviceRunner { device, options: *options, batches: Vec::new() });
+        Ok(Self { case, options: *options, table, device: options.device.map(runner) })
     }
 
     /// Rows so far; a shot that ends waits for their release.
@@ -131,32 +133,23 @@ impl<'a> Batch<'a> {
     /// Fires shots on threads, or on the device, and keeps their rows; `fired` sees the rows after each.
     ///
     /// # Errors
-    /// The first of: a disk that refuses, the end that the user has asked for, a lost device. Shots under way are given up then.
+    /// A disk that refuses, the end that the user has asked for, a lost device. Shots under way are given up then.
     pub fn fire(
         &self,
         orders: &[ShotOrder],
         threads: usize,
         fired: &(dyn Fn(&ShotTable) + Sync),
     ) -> Result<(), BatchError> {
-        let add = |row| {
-            let mut table = self.table();
-            table.add(row)?;
-            fired(&table);
-            Ok(())
-        };
-        if let Some(device) = &self.device {
-            return locked(device).fire(orders.iter().map(|order| (&self.case, *order)), &mut |_, row| add(row));
-        }
-        let shoot = |number: usize, given_up: &AtomicBool| {
-            let row = shoot(&self.case, orders[number], &self.options, given_up);
-            row.ok_or(BatchError::Interrupted).and_then(add)
-        };
-        in_threads(threads, 0..orders.len(), shoot).map(drop)
+        let wanted: Vec<(usize, ShotOrder)> = orders.iter().map(|order| (0, *order)).collect();
+        fire(slice::from_ref(self), &wanted, threads, fired)
     }
 
-    /// Use of the device so far.
-    pub fn device_use(&self) -> DeviceUse {
-        self.device.as_ref().map(|device| locked(device).device_use()).unwrap_or_default()
+    /// Most shots that the device has room for at a time.
+    pub fn room(&self) -> u64 {
+        let room = |runner: &Mutex<DeviceRunner<'_>>| {
+            locked(runner).batches.iter().map(|batch| batch.device_use().room).max().unwrap_or(0)
+        };
+        self.device.as_ref().map_or(0, room)
     }
 
     /// Removes the appended table, once the sorted one is there.
@@ -165,8 +158,35 @@ impl<'a> Batch<'a> {
     }
 }
 
+/// Fires shots of some batches, each with the place of its batch, as [`Batch::fire`] does.
+pub(super) fn fire(
+    batches: &[Batch<'_>],
+    wanted: &[(usize, ShotOrder)],
+    threads: usize,
+    fired: &(dyn Fn(&ShotTable) + Sync),
+) -> Result<(), BatchError> {
+    let Some(first) = batches.first() else { return Ok(()) };
+    let add = |number: usize, row: ShotRow| {
+        let mut table = batches[wanted[number].0].table();
+        table.add(row)?;
+        fired(&table);
+        Ok(())
+    };
+    if let Some(device) = &first.device {
+        let shots: Vec<_> = wanted.iter().map(|(batch, order)| (&batches[*batch].case, *order)).collect();
+        return locked(device).fire(&shots, &mut |number, row| add(number, row));
+    }
+    let shoot = |number: usize| {
+        let (batch, order) = wanted[number];
+        shoot(&batches[batch].case, order, &first.options)
+            .ok_or(BatchError::Interrupted)
+            .and_then(|row| add(number, row))
+    };
+    in_threads(threads, 0..wanted.len(), shoot).map(drop)
+}
+
 /// Case of a shot without output that a row does not need; or the row of one that cannot be drawn.
-pub(super) fn ready(case: &Case, order: ShotOrder, seed: u32) -> Result<Case, Box<ShotRow>> {
+fn ready(case: &Case, order: ShotOrder, seed: u32) -> Result<Case, Box<ShotRow>> {
     let mut shot = order_case(case, seed, order).map_err(|error| {
         let mut row = ShotRow::of_failure(order, case, &error.to_string());
         row.velocity = order.velocity.unwrap_or(row.velocity);
@@ -181,7 +201,7 @@ pub(super) fn ready(case: &Case, order: ShotOrder, seed: u32) -> Result<Case, Bo
 }
 
 /// Row of a shot on the processor; `None` where it was given up.
-fn shoot(case: &Case, order: ShotOrder, options: &BatchOptions<'_>, given_up: &AtomicBool) -> Option<ShotRow> {
+fn shoot(case: &Case, order: ShotOrder, options: &BatchOptions<'_>) -> Option<ShotRow> {
     if options.stopped() {
         return None;
     }
@@ -189,15 +209,116 @@ fn shoot(case: &Case, order: ShotOrder, options: &BatchOptions<'_>, given_up: &A
         Ok(shot) => shot,
         Err(row) => return Some(*row),
     };
-    let failure = |reason: &str| Some(ShotRow::of_failure(order, &shot, reason));
-    let run_options =
-        Options { threads: Some(options.threads_per_shot), precision: options.precision, ..Options::default() };
-    let run = || run::run(&shot, run_options, options.interrupt, &mut ());
-    match catch_unwind(AssertUnwindSafe(run)) {
-        Ok(Ok(run)) if run.interrupted || given_up.load(Ordering::Relaxed) => None,
-        Ok(Ok(run)) => Some(ShotRow::of_run(order, &shot, &run)),
-        Ok(Err(error)) => failure(&error.to_string()),
-        Err(_) => failure("a fault of ripstop: the computation ended in a panic; please report it"),
+    let run_options = Options::default().threads(options.threads_per_shot).precision(options.precision);
+    match run::run(&shot, run_options, options.interrupt, &mut ()) {
+        Ok(run) if run.interrupted => None,
+        Ok(run) => Some(ShotRow::of_run(order, &shot, &run)),
+        Err(error) => Some(ShotRow::of_failure(order, &shot, &error.to_string())),
+    }
+}
+
+/// A shot that waits: its number among those to fire, and what was asked for.
+type Waiting = (usize, ShotOrder);
+
+/// Receiver of rows with their numbers among the shots to fire.
+type Done<'d> = dyn FnMut(usize, ShotRow) -> Result<(), BatchError> + 'd;
+
+/// Runner of shots on a device: those with one layout and time step together, each as if it were alone.
+struct DeviceRunner<'a> {
+    device: &'a Device,
+    options: BatchOptions<'a>,
+    /// Pipelines and buffers of earlier batches, which may serve again; those used last at the end.
+    batches: Vec<DeviceBatch<'a>>,
+}
+
+impl<'a> DeviceRunner<'a> {
+    /// Computes shots and hands their rows over as they end, in any order, each with its number among `shots`.
+    fn fire(&mut self, shots: &[(&Case, ShotOrder)], done: &mut Done<'_>) -> Result<(), BatchError> {
+        let mut numbers = 0..;
+        for some in shots.chunks(WAITING) {
+            let mut groups: Vec<(Vec<Waiting>, Vec<PreparedShot>)> = Vec::new();
+            for (number, (case, order)) in numbers.by_ref().zip(some) {
+                if self.options.stopped() {
+                    return Err(BatchError::Interrupted);
+                }
+                let prepared = ready(case, *order, self.options.seed).and_then(|case| {
+                    PreparedShot::new(case.clone())
+                        .map_err(|error| Box::new(ShotRow::of_failure(*order, &case, &error.to_string())))
+                });
+                match prepared {
+                    Err(row) => done(number, *row)?,
+                    Ok(shot) => match groups.iter_mut().find(|(_, shots)| shots[0].fits(&shot)) {
+                        Some((orders, shots)) => {
+                            orders.push((number, *order));
+                            shots.push(shot);
+                        }
+                        None => groups.push((vec![(number, *order)], vec![shot])),
+                    },
+                }
+            }
+            groups.iter().try_for_each(|(orders, shots)| self.fire_group(orders, shots, done))?;
+        }
+        Ok(())
+    }
+
+    /// Computes shots that go together, as many at a time as there is room for.
+    fn fire_group(
+        &mut self,
+        mut orders: &[Waiting],
+        mut shots: &[PreparedShot],
+        done: &mut Done<'_>,
+    ) -> Result<(), BatchError> {
+        let interrupt = self.options.interrupt;
+        while let Some(first) = shots.first() {
+            let batch = match self.batch_for(first, shots.len()) {
+                Ok(batch) => batch,
+                Err(lost @ DeviceError::Lost { .. }) => return Err(BatchError::Device(lost)),
+                Err(error) => {
+                    return orders.iter().zip(shots).try_for_each(|((number, order), shot)| {
+                        done(*number, ShotRow::of_failure(*order, &shot.case, &error.to_string()))
+                    });
+                }
+            };
+            let taken = shots.len().min(batch.device_use().room as usize);
+            let mut refused = None;
+            let mut ended = |at: usize, run: &Run| {
+                let (number, order) = orders[at];
+                refused = done(number, ShotRow::of_run(order, &shots[at].case, run)).err();
+                refused.is_none()
+            };
+            debug!(shots = taken, "batch of shots on the device");
+            let all = batch.fire(&shots[..taken], interrupt, &mut ended).map_err(BatchError::Device)?;
+            match refused {
+                Some(error) => return Err(error),
+                None if !all => return Err(BatchError::Interrupted),
+                None => (orders, shots) = (&orders[taken..], &shots[taken..]),
+            }
+        }
+        Ok(())
+    }
+
+    /// Batch for `count` shots like this one, or for as many of them as there is memory for.
+    fn batch_for(&mut self, shot: &PreparedShot, count: usize) -> Result<&mut DeviceBatch<'a>, DeviceError> {
+        let batch = match self.batches.iter().position(|batch| batch.takes(shot, count)) {
+            Some(at) => self.batches.remove(at),
+            None => self.new_batch(shot, count)?,
+        };
+        self.batches.push(batch);
+        self.batches.last_mut().ok_or(DeviceError::NoAdapter)
+    }
+
+    fn new_batch(&mut self, shot: &PreparedShot, count: usize) -> Result<DeviceBatch<'a>, DeviceError> {
+        while self.batches.iter().map(|batch| batch.device_use().bytes).sum::<u64>() > KEPT {
+            self.batches.remove(0);
+        }
+        let mut room = shot.room(self.device, MEMORY).min(count as u64);
+        loop {
+            match DeviceBatch::new(self.device, shot, room) {
+                Err(DeviceError::OutOfMemory { .. }) if !self.batches.is_empty() => drop(self.batches.remove(0)),
+                Err(DeviceError::OutOfMemory { .. }) if room > 1 => room /= 2,
+                made => return made,
+            }
+        }
     }
 }
 
@@ -227,7 +348,7 @@ pub(super) fn begin(
         "options": parts,
     });
     if options.resume {
-        return Ok(check_plan(&plan, folder.path())?);
+        return Ok(check_plan(&plan, &folder.path().join(PLAN))?);
     }
     folder.put(&[(PLAN, format!("{plan:#}\n"))], files)?;
     Ok(())
@@ -238,73 +359,68 @@ pub(super) fn is_begun(folder: &Path) -> bool {
     folder.join(PLAN).is_file()
 }
 
-/// Check that the plan in a folder is this one.
-fn check_plan(plan: &Value, folder: &Path) -> Result<(), StudyError> {
-    let path = folder.join(PLAN);
-    let place = path.display().to_string();
+/// Check that the plan in a file is this one.
+fn check_plan(plan: &Value, path: &Path) -> Result<(), CaseError> {
     let help = "leave --resume out to begin anew, or give the same case and options as before";
-    let text = fs::read_to_string(&path)
-        .map_err(|error| StudyError::new(&place, "the plan of a batch that was begun here", error.to_string(), help))?;
-    let found: Value = serde_json::from_str(&text)
-        .map_err(|error| StudyError::new(&place, "the plan of a batch", error.to_string(), help))?;
-    let Some(name) =
-        ["version", "command", "seed", "options", "case"].into_iter().find(|name| found[*name] != plan[*name])
-    else {
-        return Ok(());
-    };
-    let [expected, found] = match name {
-        "case" => ["the case of this batch", "another case"].map(str::to_owned),
-        _ => [(plan, &found), (&found, plan)]
-            .map(|(one, other)| format!("{name} {}", differing(&one[name], &other[name]))),
-    };
-    Err(StudyError::new(&place, expected, found, help))
+    let wrong =
+        |expected: String, found: String| CaseError::new(&path.display().to_string(), "", expected, found, help);
+    let missing = |found: String| wrong("the plan of a batch that was begun here".to_owned(), found);
+    let text = fs::read_to_string(path).map_err(|error| missing(error.to_string()))?;
+    let found: Value = serde_json::from_str(&text).map_err(|error| missing(error.to_string()))?;
+    match ["version", "command", "seed", "options", "case"].into_iter().find(|name| found[*name] != plan[*name]) {
+        None => Ok(()),
+        Some("case") => Err(wrong("the case of this batch".to_owned(), "another case".to_owned())),
+        Some(name) => Err(wrong(format!("{name} {}", plan[name]), format!("{name} {}", found[name]))),
+    }
 }
 
-/// Value, or the members of an object that another one lacks or has otherwise.
-fn differing(one: &Value, other: &Value) -> Value {
-    let Value::Object(members) = one else { return one.clone() };
-    let differing = members.iter().filter(|(name, value)| other.get(name.as_str()) != Some(*value));
-    differing.map(|(name, value)| (name.clone(), value.clone())).collect()
+/// Sentences on what varies from shot to shot, and what of it is assumed.
+pub(super) fn notes(case: &Case) -> Vec<String> {
+    let mut notes = Vec::new();
+    if !case.varies() {
+        notes.push("nothing varies from shot to shot but the velocity: the case has no variability".to_owned());
+    }
+    let assumed = case.fields.iter().filter(|field| field.assumed && field.pointer.starts_with("/variability"));
+    // Once each: not its distribution and its scatter apart.
+    let section = |pointer: &str| pointer.split('/').take(3).collect::<Vec<_>>().join("/");
+    let mut assumed: Vec<String> =
+        assumed.map(|field| section(&field.pointer)).filter(|pointer| pointer != "/variability/seed").collect();
+    assumed.dedup();
+    if !assumed.is_empty() {
+        notes.push(format!("assumed: {}", assumed.join(", ")));
+    }
+    notes
 }
 
-/// Results of `work` for every number, in their order, on at most `threads` threads. The second argument of `work` is raised once one of
-/// them has failed.
+/// Results of `work` for every number, in their order, on at most `threads` threads; after an error none begins any more.
 ///
 /// # Errors
-/// The first in time: failures that follow from it do not hide it.
+/// The error of the lowest number.
 pub(super) fn in_threads<T: Send, E: Send>(
     threads: usize,
     numbers: Range<usize>,
-    work: impl Fn(usize, &AtomicBool) -> Result<T, E> + Sync,
+    work: impl Fn(usize) -> Result<T, E> + Sync,
 ) -> Result<Vec<T>, E> {
-    let (next, given_up) = (AtomicUsize::new(numbers.start), AtomicBool::new(false));
-    let (done, first) = (Mutex::new(Vec::new()), Mutex::new(None));
+    let (next, failed) = (AtomicUsize::new(numbers.start), AtomicBool::new(false));
     let worker = || {
-        while !given_up.load(Ordering::Relaxed) {
+        let mut done = Vec::new();
+        while !failed.load(Ordering::Relaxed) {
             let number = next.fetch_add(1, Ordering::Relaxed);
             if number >= numbers.end {
-                return;
+                break;
             }
-            match work(number, &given_up) {
-                Ok(result) => locked(&done).push((number, result)),
-                Err(error) => {
-                    locked(&first).get_or_insert(error);
-                    given_up.store(true, Ordering::Relaxed);
-                }
-            }
+            let result = work(number);
+            failed.fetch_or(result.is_err(), Ordering::Relaxed);
+            done.push((number, result));
         }
+        done
     };
-    thread::scope(|scope| {
-        for _ in 0..threads.min(numbers.len()) {
-            scope.spawn(worker);
-        }
+    let mut done: Vec<(usize, Result<T, E>)> = thread::scope(|scope| {
+        let workers: Vec<_> = (0..threads.min(numbers.len())).map(|_| scope.spawn(worker)).collect();
+        workers.into_iter().flat_map(|worker| worker.join().unwrap_or_else(|panic| resume_unwind(panic))).collect()
     });
-    if let Some(error) = first.into_inner().unwrap_or_else(PoisonError::into_inner) {
-        return Err(error);
-    }
-    let mut done = done.into_inner().unwrap_or_else(PoisonError::into_inner);
     done.sort_by_key(|(number, _)| *number);
-    Ok(done.into_iter().map(|(_, result)| result).collect())
+    done.into_iter().map(|(_, result)| result).collect()
 }
 
 /// Access to a value, also after a panic elsewhere.

@@ -6,7 +6,6 @@
 
 use nalgebra::{Matrix2, Vector2};
 
-use super::outcomes::{Group, Outcomes};
 use crate::num::link::Link;
 
 /// Steps of a fit at most. From these starts 5 to 20 are needed.
@@ -32,6 +31,106 @@ pub const ONE_VELOCITY: &str = "all shots have one velocity: how the chance grow
 pub const INVERTED: &str = "perforations are no faster than stops on the mean: velocity does not explain the outcomes";
 /// The search did not end.
 const UNSETTLED: &str = "the fit did not converge";
+
+/// One shot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shot {
+    /// Impact velocity, in the unit of all others.
+    pub velocity: f64,
+    /// Whether the projectile passed.
+    pub perforated: bool,
+}
+
+/// Shots of one velocity.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Group {
+    /// Impact velocity.
+    pub velocity: f64,
+    /// Shots that perforated.
+    pub perforated: u64,
+    /// Shots that were stopped.
+    pub stopped: u64,
+}
+
+impl Group {
+    /// Number of shots.
+    pub fn count(&self) -> u64 {
+        self.perforated + self.stopped
+    }
+}
+
+/// Shots by velocity, ascending; every velocity once, none without a shot.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Outcomes {
+    groups: Vec<Group>,
+}
+
+impl Outcomes {
+    /// Outcomes of groups, those of the same velocity put together.
+    pub fn new(groups: impl IntoIterator<Item = Group>) -> Self {
+        let mut all: Vec<Group> = groups.into_iter().filter(|group| group.count() > 0).collect();
+        all.sort_by(|a, b| a.velocity.total_cmp(&b.velocity));
+        all.dedup_by(|next, group| {
+            let same = next.velocity == group.velocity;
+            if same {
+                group.perforated += next.perforated;
+                group.stopped += next.stopped;
+            }
+            same
+        });
+        Self { groups: all }
+    }
+
+    /// Groups by velocity.
+    pub fn groups(&self) -> &[Group] {
+        &self.groups
+    }
+
+    /// Numbers of perforations and of stops.
+    pub fn counts(&self) -> [u64; 2] {
+        let sum = |of: fn(&Group) -> u64| self.groups.iter().map(of).sum();
+        [sum(|group| group.perforated), sum(|group| group.stopped)]
+    }
+
+    /// Velocities of the slowest and the fastest shot; NaN where there is none.
+    pub fn range(&self) -> [f64; 2] {
+        [self.groups.first(), self.groups.last()].map(|group| group.map_or(f64::NAN, |group| group.velocity))
+    }
+
+    /// Velocity of the slowest perforation.
+    pub fn slowest_perforation(&self) -> Option<f64> {
+        self.groups.iter().find(|group| group.perforated > 0).map(|group| group.velocity)
+    }
+
+    /// Velocity of the fastest stop.
+    pub fn fastest_stop(&self) -> Option<f64> {
+        self.groups.iter().rev().find(|group| group.stopped > 0).map(|group| group.velocity)
+    }
+
+    /// Whether the fastest stop lies above the slowest perforation. Only then has the likelihood one maximum.
+    pub fn overlap(&self) -> bool {
+        let ends = self.slowest_perforation().zip(self.fastest_stop());
+        ends.is_some_and(|(perforation, stop)| perforation < stop)
+    }
+
+    /// Mean velocities of perforations and of stops; NaN where there are none.
+    pub fn means(&self) -> [f64; 2] {
+        let mean = |of: fn(&Group) -> u64| {
+            let sum: f64 = self.groups.iter().map(|group| of(group) as f64 * group.velocity).sum();
+            sum / self.groups.iter().map(of).sum::<u64>() as f64
+        };
+        [mean(|group| group.perforated), mean(|group| group.stopped)]
+    }
+}
+
+impl<'a> FromIterator<&'a Shot> for Outcomes {
+    fn from_iter<T: IntoIterator<Item = &'a Shot>>(shots: T) -> Self {
+        Self::new(shots.into_iter().map(|shot| {
+            let perforated = u64::from(shot.perforated);
+            Group { velocity: shot.velocity, perforated, stopped: 1 - perforated }
+        }))
+    }
+}
 
 /// Ballistic limit and scatter.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -6,8 +6,8 @@
 
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
 
-use super::binary_response::{Estimate, LinearPredictor, Problem, StandardizedShots};
-use super::outcomes::Outcomes;
+use super::binary_response::{Estimate, LinearPredictor, Outcomes, Problem, StandardizedShots};
+
 use crate::num::link::Link;
 use crate::output::number::short;
 

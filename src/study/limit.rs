@@ -1,20 +1,24 @@
 //! Ballistic limit from shots or from thresholds, as far as both have it alike: velocities by chance, arithmetic V50, residual velocities.
+//!
+//! Residual over impact velocity is Vr = a (Vs^p − V₀^p)^(1/p) above the limit V₀, 0 below, by least squares in Vr. Recht and Ipson (1963):
+//! a = 1, p = 2, for a projectile that keeps its shape and pushes no plug. Lambert and Jonas (1976): both free, 0 < a ≤ 1, p ≥ 1. The curve
+//! rises from V₀ with an infinite slope, so intervals of V₀ are those of its profile: all V₀ at which the sum of squares is at most
+//! S (1 + t²/ν), the others chosen best.
 
-use std::fs;
-use std::path::Path;
-
+use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::StudyError;
-use super::interval::Bounds;
-use super::outcomes::{ArithmeticV50, Outcomes, arithmetic_v50};
+use super::binary_response::{Group, Outcomes};
+use super::interval::{Bounds, highest, outer_end, student_t};
 use super::report::ReportTable;
-use super::residual_fit::{Passed, ResidualFit, ResidualModel, residual_fit};
-use crate::num::link::Link;
 use crate::output::number::short;
 
 /// Chances of a perforation at which velocities are given.
 pub const QUANTILES: [f64; 5] = [0.1, 0.25, 0.5, 0.75, 0.9];
+/// Exponents p that are tried.
+const EXPONENTS: [f64; 2] = [1.0, 10.0];
+/// Places tried before a search narrows: limits, exponents.
+const PLACES: [usize; 2] = [40, 8];
 
 /// Velocity of one chance.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,12 +47,12 @@ pub struct Limit {
 impl Limit {
     /// Limit with these velocities by chance. `outcomes`: shots of the arithmetic V50; `level`: confidence of intervals.
     pub(super) fn new(quantiles: Vec<Quantile>, outcomes: &Outcomes, passed: Vec<Passed>, level: f64) -> Self {
-        let curves = [ResidualModel::RechtIpson, ResidualModel::LambertJonas];
-        let curves = if passed.is_empty() { &[][..] } else { &curves };
+        let curves =
+            [ResidualModel::RechtIpson, ResidualModel::LambertJonas].into_iter().filter(|_| !passed.is_empty());
         Self {
             quantiles,
             arithmetic: arithmetic_v50(outcomes),
-            residual: curves.iter().map(|curve| (*curve, residual_fit(*curve, &passed, level))).collect(),
+            residual: curves.map(|curve| (curve, residual_fit(curve, &passed, level))).collect(),
             passed,
         }
     }
@@ -61,6 +65,11 @@ impl Limit {
     /// V50 with the interval of its sampling.
     pub fn v50(&self) -> Option<(f64, Bounds)> {
         self.quantile(0.5).and_then(|quantile| Some((quantile.value?, quantile.bounds)))
+    }
+
+    /// Curves that could be fitted.
+    pub(super) fn fitted(&self) -> impl Iterator<Item = &ResidualFit> {
+        self.residual.iter().filter_map(|(_, found)| found.as_ref().ok())
     }
 
     /// Quantiles, arithmetic V50 and residual fits in JSON.
@@ -81,99 +90,258 @@ impl Limit {
         ]
     }
 
-    /// Table of the arithmetic V50. `of`: the shots that it is of, where they are not those that were fired.
-    pub(super) fn arithmetic_table(&self, of: &str) -> ReportTable {
-        let row = |found: &ArithmeticV50| {
-            let metres = |value: Option<f64>, digits| value.map_or_else(String::new, |value| short(value, digits));
-            let words = match &found.refused {
-                Some(why) => format!("none: {why}"),
-                None => format!("{} m/s, spread {} m/s", metres(found.value, 4), metres(found.spread, 3)),
+    /// Tables of the velocities by chance, of the arithmetic V50 and of the curves. `of`: the shots of the arithmetic V50, where they are
+    /// not those that were fired.
+    pub(super) fn tables(&self, level: f64, of: &str) -> Vec<ReportTable> {
+        let quantile = |quantile: &Quantile| {
+            let value = quantile.value.map_or_else(|| "-".to_owned(), |value| short(value, 4));
+            let [low, high] = quantile.bounds.words();
+            vec![format!("{} %", short(100.0 * quantile.p, 3)), value, low, high]
+        };
+        let rule = |found: &ArithmeticV50| {
+            let words = match (&found.refused, found.value, found.spread) {
+                (None, Some(value), Some(spread)) => {
+                    format!("{} m/s, spread {} m/s", short(value, 4), short(spread, 3))
+                }
+                (why, ..) => format!("none: {}", why.as_deref().unwrap_or_default()),
             };
             vec![found.standard.to_owned(), found.rule.clone(), words]
         };
-        ReportTable::new("arithmetic V50", &[], 3, self.arithmetic.iter().map(row)).foot(of)
-    }
-
-    /// Table of the curves through residual velocities.
-    pub(super) fn residual_table(&self) -> ReportTable {
-        let fitted = self.residual.iter().filter_map(|(curve, found)| Some((curve, found.as_ref().ok()?)));
-        let row = |(curve, found): (&ResidualModel, &ResidualFit)| {
+        let curve = |found: &ResidualFit| {
             let [low, high] = found.bounds.words();
             let [factor, exponent] = [found.factor, found.exponent].map(|parameter| short(parameter, 3));
-            vec![curve.words().to_owned(), short(found.limit, 4), low, high, factor, exponent, short(found.scatter, 2)]
+            let (limit, scatter) = (short(found.limit, 4), short(found.scatter, 2));
+            vec![found.curve.words().to_owned(), limit, low, high, factor, exponent, scatter]
         };
-        let heads = ["", "limit m/s", "low", "high", "a", "p", "scatter m/s"];
         let refused = self.residual.iter().filter_map(|(curve, found)| Some((curve, found.as_ref().err()?)));
-        let mut foot: Vec<String> = refused.map(|(curve, few)| format!("{}: {few}", curve.words())).collect();
-        foot.extend((!self.residual.is_empty()).then(|| "Vr = a (Vs^p - V0^p)^(1/p)".to_owned()));
-        ReportTable::new("residual velocity", &heads, 1, fitted.map(row)).foot(&foot.join("\n"))
+        let mut curves_foot: Vec<String> = refused.map(|(curve, few)| format!("{}: {few}", curve.words())).collect();
+        curves_foot.extend((!self.residual.is_empty()).then(|| "Vr = a (Vs^p - V0^p)^(1/p)".to_owned()));
+        let foot = format!("{} % intervals, likelihood ratio", short(100.0 * level, 3));
+        let curve_heads = ["", "limit m/s", "low", "high", "a", "p", "scatter m/s"];
+        vec![
+            ReportTable::new("velocity by chance of a perforation", &["chance", "m/s", "low", "high"], 0)
+                .rows(self.quantiles.iter().map(quantile), &foot),
+            ReportTable::new("arithmetic V50", &[], 3).rows(self.arithmetic.iter().map(rule), of),
+            ReportTable::new("residual velocity", &curve_heads, 1)
+                .rows(self.fitted().map(curve), &curves_foot.join("\n")),
+        ]
     }
 
-    /// Notes on fits that lie at an end of what is tried.
-    pub(super) fn notes(&self) -> Vec<String> {
-        let fitted = self.residual.iter().filter_map(|(_, found)| found.as_ref().ok());
+    /// Note on a fit that lies at an end of what is tried.
+    pub(super) fn note(&self) -> Option<String> {
         let at_end = |found: &&ResidualFit| {
             found.curve == ResidualModel::LambertJonas && !(1.001..9.99).contains(&found.exponent)
         };
-        let note =
-            |found: &ResidualFit| format!("Lambert-Jonas: p = {} is an end of what is tried", short(found.exponent, 3));
-        fitted.filter(at_end).map(note).collect()
+        let exponent = short(self.fitted().find(at_end)?.exponent, 3);
+        Some(format!("Lambert-Jonas: p = {exponent} is an end of what is tried"))
     }
 }
 
-/// Row of a quantile under a name.
-pub(super) fn quantile_row(name: String, quantile: &Quantile) -> Vec<String> {
-    let value = quantile.value.map_or_else(|| "-".to_owned(), |value| short(value, 4));
-    let [low, high] = quantile.bounds.words();
-    vec![name, value, low, high]
+/// Rules in use: standard, number of perforations and of stops, and largest less smallest velocity of all of them at most \[m/s\]: 60, 125,
+/// 125 ft/s and 40 m/s. MIL-STD-662F leaves the choice to the specification of the armour.
+const RULES: [(&str, u64, f64); 4] =
+    [("MIL-STD-662F", 2, 18.0), ("MIL-STD-662F", 3, 38.0), ("MIL-STD-662F", 5, 38.0), ("STANAG 2920", 3, 40.0)];
+
+/// Arithmetic V50 of a standard: mean of equally many lowest perforations and highest stops that lie close together.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ArithmeticV50 {
+    /// Rule in words.
+    pub rule: String,
+    /// Standard that has it.
+    pub standard: &'static str,
+    /// Mean velocity [m/s]; `None` where it is refused.
+    pub value: Option<f64>,
+    /// Largest less smallest velocity [m/s], where there are enough shots.
+    pub spread: Option<f64>,
+    /// Reason of a refusal: too few shots, or too wide a spread.
+    pub refused: Option<String>,
 }
 
-/// Computed V50 to hold measured shots against: `v50.json` of `ripstop v50`.
+/// Arithmetic V50 by every rule; velocities in m/s.
+pub fn arithmetic_v50(outcomes: &Outcomes) -> Vec<ArithmeticV50> {
+    let counts = outcomes.counts();
+    let by = |(standard, pairs, most): (&'static str, u64, f64)| {
+        let rule = format!("{pairs} + {pairs} within {most} m/s");
+        if counts.iter().any(|count| *count < pairs) {
+            let refused = Some(format!("perforations: {}, stops: {}", counts[0], counts[1]));
+            return ArithmeticV50 { rule, standard, value: None, spread: None, refused };
+        }
+        let lowest = first(outcomes.groups().iter(), |group| group.perforated, pairs);
+        let highest = first(outcomes.groups().iter().rev(), |group| group.stopped, pairs);
+        let all = || lowest.iter().chain(&highest).copied();
+        let mean = all().sum::<f64>() / (2 * pairs) as f64;
+        let spread = all().fold(f64::NEG_INFINITY, f64::max) - all().fold(f64::INFINITY, f64::min);
+        // A spread that is met to the last digit written is met.
+        let is_met = spread <= most * (1.0 + 1e-12);
+        let refused = (!is_met).then(|| format!("spread {} m/s, mean {} m/s", short(spread, 4), short(mean, 4)));
+        ArithmeticV50 { rule, standard, value: is_met.then_some(mean), spread: Some(spread), refused }
+    };
+    RULES.map(by).to_vec()
+}
+
+/// Velocities of the first `count` shots of an outcome.
+fn first<'a>(groups: impl Iterator<Item = &'a Group>, of: fn(&Group) -> u64, count: u64) -> Vec<f64> {
+    let shots = groups.flat_map(|group| (0..of(group)).map(|_| group.velocity));
+    shots.take(count as usize).collect()
+}
+
+/// A shot that passed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ComputedLimit {
-    /// V50 [m/s].
-    pub v50: f64,
-    /// Interval of V50 [m/s].
-    pub bounds: Bounds,
-    /// Scatter of the thresholds [m/s]; `None` where nothing varied.
-    pub sigma: Option<f64>,
+pub struct Passed {
+    /// Impact velocity.
+    pub impact: f64,
+    /// Residual velocity.
+    pub residual: f64,
+    /// Number of such shots.
+    pub count: u64,
 }
 
-impl ComputedLimit {
-    /// Limit in a file.
-    ///
-    /// # Errors
-    /// When it cannot be read, or holds no V50.
-    pub fn read(path: &Path) -> Result<Self, StudyError> {
-        let wrong = |found: String| {
-            let help = "give the v50.json in the folder of a `ripstop v50`";
-            StudyError::new(path.display().to_string(), "v50.json of `ripstop v50`", found, help)
-        };
-        let text = fs::read_to_string(path).map_err(|error| wrong(error.to_string()))?;
-        let found: Value = serde_json::from_str(&text).map_err(|error| wrong(error.to_string()))?;
-        let number = |name: &str| found[name].as_f64();
-        let v50 = number("v50_m_s").filter(|v50| *v50 > 0.0).ok_or_else(|| wrong("no v50_m_s".to_owned()))?;
-        let bounds = Bounds { low: number("low_m_s"), high: number("high_m_s") };
-        Ok(Self { v50, bounds, sigma: number("sigma_m_s").filter(|sigma| *sigma > 0.0) })
-    }
+/// Model of the curve by its free parameters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ResidualModel {
+    /// Limit alone.
+    RechtIpson,
+    /// Limit, factor a and exponent p.
+    LambertJonas,
+}
 
-    /// Chance of a perforation at a velocity.
-    pub fn probability(&self, velocity: f64) -> f64 {
-        match self.sigma {
-            Some(sigma) => Link::Probit.probability((velocity - self.v50) / sigma),
-            None => f64::from(u8::from(velocity >= self.v50)),
+impl ResidualModel {
+    /// Name in JSON and in tables.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::RechtIpson => "Recht-Ipson",
+            Self::LambertJonas => "Lambert-Jonas",
         }
     }
 
-    /// Comparison in words with a measured V50 and its interval.
-    pub(super) fn words(&self, measured: Option<(f64, Bounds)>) -> String {
-        let [low, high] = self.bounds.words();
-        let computed = format!("computed V50 {} m/s, {low} to {high} m/s", short(self.v50, 4));
-        let Some((value, bounds)) = measured else { return computed };
-        let off = 100.0 * (self.v50 / value - 1.0);
-        let below = |a: Option<f64>, b: Option<f64>| a.zip(b).is_some_and(|(a, b)| a < b);
-        let apart = below(self.bounds.high, bounds.low) || below(bounds.high, self.bounds.low);
-        let overlap = if apart { "the intervals do not overlap" } else { "the intervals overlap" };
-        format!("{computed}: {}{} % of the measured one; {overlap}", if off > 0.0 { "+" } else { "" }, short(off, 2))
+    /// Free parameters.
+    fn parameters(self) -> u64 {
+        match self {
+            Self::RechtIpson => 1,
+            Self::LambertJonas => 3,
+        }
+    }
+}
+
+/// A fitted curve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ResidualFit {
+    /// Model of the curve.
+    pub curve: ResidualModel,
+    /// Limit V₀, in the unit of the velocities.
+    pub limit: f64,
+    /// Interval of the limit; no end where the sum of squares does not rise enough.
+    pub bounds: Bounds,
+    /// Factor a \[-\].
+    pub factor: f64,
+    /// Exponent p \[-\].
+    pub exponent: f64,
+    /// Standard deviation of residual velocities from the curve.
+    pub scatter: f64,
+    /// Shots.
+    pub count: u64,
+}
+
+impl ResidualFit {
+    /// Residual velocity at an impact velocity.
+    pub fn residual(&self, impact: f64) -> f64 {
+        self.factor * shape(impact, self.limit, self.exponent)
+    }
+}
+
+/// (Vs^p − V₀^p)^(1/p), 0 below the limit.
+fn shape(impact: f64, limit: f64, exponent: f64) -> f64 {
+    if impact <= limit {
+        return 0.0;
+    }
+    impact * (1.0 - (limit / impact).powf(exponent)).powf(1.0 / exponent)
+}
+
+/// Curve fitted to shots that passed; `level` of the interval. One more velocity than free parameters is needed.
+///
+/// # Errors
+/// Where there are fewer: the reason.
+pub fn residual_fit(curve: ResidualModel, shots: &[Passed], level: f64) -> Result<ResidualFit, String> {
+    let mut velocities: Vec<f64> = shots.iter().filter(|shot| shot.count > 0).map(|shot| shot.impact).collect();
+    velocities.sort_by(f64::total_cmp);
+    velocities.dedup();
+    let (have, need) = (velocities.len() as u64, curve.parameters() + 1);
+    if have < need {
+        return Err(format!("needs {need} different velocities of shots that passed, there are {have}"));
+    }
+    let fastest = velocities.last().copied().unwrap_or(1.0);
+    let unit = |shot: &Passed| Passed { impact: shot.impact / fastest, residual: shot.residual / fastest, ..*shot };
+    let squares = Squares { curve, shots: shots.iter().map(unit).collect() };
+    let (limit, least) = highest(|limit| -squares.least(limit).sum, 0.0, 1.0, PLACES[0], 1e-9);
+    let found = squares.least(limit);
+    let count: u64 = shots.iter().map(|shot| shot.count).sum();
+    let degrees = count - curve.parameters();
+    let t = student_t(level, degrees);
+    let most = -least * (1.0 + t * t / degrees as f64);
+    let bounds = squares.bounds(limit, most);
+    let scale = |end: Option<f64>| end.map(|end| end * fastest);
+    Ok(ResidualFit {
+        curve,
+        limit: limit * fastest,
+        bounds: Bounds { low: scale(bounds.low), high: scale(bounds.high) },
+        factor: found.factor,
+        exponent: found.exponent,
+        scatter: fastest * (found.sum / degrees as f64).sqrt(),
+        count,
+    })
+}
+
+/// Sum of squares, and the parameters that give it.
+#[derive(Clone, Copy, Debug)]
+struct Least {
+    sum: f64,
+    factor: f64,
+    exponent: f64,
+}
+
+/// Sum of squares to be minimised; velocities over the fastest.
+#[derive(Clone, Debug)]
+struct Squares {
+    curve: ResidualModel,
+    shots: Vec<Passed>,
+}
+
+impl Squares {
+    /// Least sum of squares with this limit.
+    fn least(&self, limit: f64) -> Least {
+        match self.curve {
+            ResidualModel::RechtIpson => Least { sum: self.sum(limit, 1.0, 2.0), factor: 1.0, exponent: 2.0 },
+            ResidualModel::LambertJonas => {
+                let [low, high] = EXPONENTS.map(f64::ln);
+                let at = |log: f64| self.with_exponent(limit, log.exp());
+                let (log, _) = highest(|log| -at(log).sum, low, high, PLACES[1], 1e-7);
+                at(log)
+            }
+        }
+    }
+
+    /// Least sum of squares with this limit and this exponent: the sum of squares is a parabola of the factor.
+    fn with_exponent(&self, limit: f64, exponent: f64) -> Least {
+        let (mut above, mut below) = (0.0, 0.0);
+        for shot in &self.shots {
+            let f = shape(shot.impact, limit, exponent);
+            above += shot.count as f64 * f * shot.residual;
+            below += shot.count as f64 * f * f;
+        }
+        let factor = if below > 0.0 { (above / below).min(1.0) } else { 1.0 };
+        Least { sum: self.sum(limit, factor, exponent), factor, exponent }
+    }
+
+    fn sum(&self, limit: f64, factor: f64, exponent: f64) -> f64 {
+        let square =
+            |shot: &Passed| shot.count as f64 * (shot.residual - factor * shape(shot.impact, limit, exponent)).powi(2);
+        self.shots.iter().map(square).sum()
+    }
+
+    /// Limits around the best one at which the sum of squares is `most`.
+    fn bounds(&self, limit: f64, most: f64) -> Bounds {
+        let inside = |limit: f64| most - self.least(limit).sum;
+        let end = |step: f64, last: f64| outer_end(inside, limit, step, last, 1e-9);
+        Bounds { low: end(-1e-3, 0.0), high: end(1e-3, 1.0) }
     }
 }

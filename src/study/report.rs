@@ -3,11 +3,8 @@
 use maud::{Markup, html};
 
 use super::fit::Fit;
-use super::limit::Limit;
-use super::residual_fit::ResidualModel;
-use super::sweep::SweepPoint;
-use super::threshold::ThresholdSample;
-use super::v50_result::V50Result;
+use super::limit::{Limit, ResidualModel};
+use super::v50_result::{ThresholdSample, V50Result};
 use crate::output::number::short;
 use crate::output::plot::{self, Figure, Plot};
 use crate::output::report::{figure, page, table};
@@ -17,8 +14,6 @@ const POINTS: usize = 240;
 /// Classes of perforations and stops.
 const PERFORATED: &str = "k1";
 const STOPPED: &str = "k0";
-/// Colours of lines.
-const COLOURS: usize = 9;
 /// Rows of a table at most.
 const MAX_ROWS: usize = 400;
 
@@ -35,8 +30,6 @@ pub struct Report {
     pub notes: Vec<String>,
     /// Tables in their order.
     pub tables: Vec<ReportTable>,
-    /// Tables for the page alone.
-    pub(super) page_tables: Vec<ReportTable>,
     /// Drawings for the page.
     pub(super) panels: Vec<Figure>,
 }
@@ -45,7 +38,7 @@ pub struct Report {
 #[derive(Clone, Debug, Default)]
 pub struct ReportTable {
     /// Title; empty of a table that stands alone.
-    pub title: String,
+    pub title: &'static str,
     /// Names of the columns; none where the cells say what they are.
     pub heads: Vec<String>,
     /// First column of numbers. A last column without a name is text.
@@ -57,23 +50,19 @@ pub struct ReportTable {
 }
 
 impl ReportTable {
-    pub(super) fn new(
-        title: impl Into<String>,
-        heads: &[&str],
-        first_number: usize,
-        rows: impl IntoIterator<Item = Vec<String>>,
-    ) -> Self {
+    pub(super) fn new(title: &'static str, heads: &[&str], first_number: usize) -> Self {
         let heads = heads.iter().map(|head| (*head).to_owned()).collect();
-        Self { title: title.into(), heads, first_number, rows: rows.into_iter().collect(), foot: String::new() }
+        Self { title, heads, first_number, ..Self::default() }
+    }
+
+    /// This table with its rows, and lines below them.
+    pub(super) fn rows(self, rows: impl IntoIterator<Item = Vec<String>>, foot: &str) -> Self {
+        Self { rows: rows.into_iter().collect(), foot: foot.to_owned(), ..self }
     }
 
     /// Whether a column holds text.
     pub fn is_text(&self, column: usize) -> bool {
         column < self.first_number || (column + 1 == self.heads.len() && self.heads[column].is_empty())
-    }
-
-    pub(super) fn foot(self, foot: &str) -> Self {
-        Self { foot: foot.to_owned(), ..self }
     }
 }
 
@@ -98,7 +87,7 @@ impl Report {
             (paragraph("counts", &self.counts))
             @for note in &self.notes { p class="note" { (note) "." } }
             div class="plots" { @for panel in &self.panels { (figure(panel)) } }
-            @for one in self.tables.iter().chain(&self.page_tables) { (section(one)) }
+            @for one in &self.tables { (section(one)) }
             p class="note" { "ripstop " (env!("CARGO_PKG_VERSION")) ". All numbers are in " (numbers) "." }
         };
         page(title, "", &body)
@@ -149,12 +138,12 @@ fn evenly([low, high]: [f64; 2]) -> impl Iterator<Item = f64> {
 }
 
 /// Least and largest of some numbers.
-fn ends(values: impl IntoIterator<Item = f64>) -> [f64; 2] {
+pub(super) fn ends(values: impl IntoIterator<Item = f64>) -> [f64; 2] {
     values.into_iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| [low.min(value), high.max(value)])
 }
 
 /// Range with room on both sides: a part of its length, or of its upper end where it is short.
-fn roomy([low, high]: [f64; 2], part: f64, of_end: f64) -> [f64; 2] {
+pub(super) fn roomy([low, high]: [f64; 2], part: f64, of_end: f64) -> [f64; 2] {
     let room = (part * (high - low)).max(of_end * high.abs()).max(1e-9);
     [low - room, high + room]
 }
@@ -166,10 +155,9 @@ pub(super) fn chance_panel(fit: &Fit) -> Figure {
     // Velocities of the shots and of the quantiles, and of intervals what lies near them.
     let [low, high] = fit.outcomes.range();
     let reach = 0.6 * (high - low).max(1e-3 * high.abs()).max(1e-9);
-    let computed = fit.computed.iter().flat_map(|found| [Some(found.v50), found.bounds.low, found.bounds.high]);
     let quantiles = &fit.limit.quantiles;
     let shown = quantiles.iter().flat_map(|quantile| [quantile.value, quantile.bounds.low, quantile.bounds.high]);
-    let near = shown.chain(computed).flatten().map(|velocity| velocity.clamp(low - reach, high + reach));
+    let near = shown.flatten().map(|velocity| velocity.clamp(low - reach, high + reach));
     let [low, high] = ends(near.chain([low, high]));
     let room = 0.04 * (high - low).max(reach);
     let range = [low - room, high + room];
@@ -180,9 +168,6 @@ pub(super) fn chance_panel(fit: &Fit) -> Figure {
     }
     if let Ok(found) = &fit.estimate {
         chance_curve(&mut plot, ["ink", "fit"], range, |velocity| found.probability(velocity));
-    }
-    if let Some(computed) = &fit.computed {
-        chance_curve(&mut plot, ["k2 dashed", "computed"], range, |velocity| computed.probability(velocity));
     }
     for group in fit.outcomes.groups() {
         for (count, height, class) in [(group.perforated, 1.0, PERFORATED), (group.stopped, 0.0, STOPPED)] {
@@ -217,15 +202,14 @@ pub(super) fn threshold_panel(result: &V50Result, sample: &ThresholdSample) -> F
 
 /// Residual over impact velocity, with the curves fitted to it; nothing where no residual velocity is known.
 pub(super) fn residual_panel(limit: &Limit) -> Option<Figure> {
-    let fits = || limit.residual.iter().filter_map(|(_, found)| found.as_ref().ok());
     let passed = &limit.passed;
     let fastest = passed.iter().map(|shot| shot.impact).reduce(f64::max)?;
-    let [slowest, _] = ends(passed.iter().map(|shot| shot.impact).chain(fits().map(|found| found.limit)));
+    let [slowest, _] = ends(passed.iter().map(|shot| shot.impact).chain(limit.fitted().map(|found| found.limit)));
     let range = roomy([slowest, fastest], 0.05, 5e-5);
-    let residuals = passed.iter().map(|shot| shot.residual).chain(fits().map(|found| found.residual(range[1])));
+    let residuals = passed.iter().map(|shot| shot.residual).chain(limit.fitted().map(|found| found.residual(range[1])));
     let titles = ["impact velocity [m/s]", "residual velocity [m/s]"];
     let mut plot = Plot::new(range, [0.0, residuals.fold(0.0, f64::max)], titles);
-    for found in fits() {
+    for found in limit.fitted() {
         // The curve rises from the limit with an infinite slope: its points are dense there.
         let squared = evenly([0.0, 1.0]).map(|share| found.limit + (range[1] - found.limit) * share * share);
         let points = squared.filter(|impact| *impact >= range[0]).map(|impact| [impact, found.residual(impact)]);
@@ -236,30 +220,4 @@ pub(super) fn residual_panel(limit: &Limit) -> Option<Figure> {
         dot(&mut plot, PERFORATED, [shot.impact, shot.residual], shot.count);
     }
     Some(Figure::new("residual", "Residual velocity", "Shots that perforated.", Some(plot)))
-}
-
-/// Response of a sweep over the first factor, a line for each combination of the others; nothing without a response.
-pub(super) fn lines_panel(names: &[&str], points: &[SweepPoint], response: &str) -> Option<Figure> {
-    let shown = points.iter().flat_map(|point| point.bounds.unwrap_or([point.response; 2]));
-    let [x, y] = [ends(points.iter().map(|point| point.x)), ends(shown)].map(|range| roomy(range, 0.05, 1e-3));
-    let mut plot = Plot::new(x, y, [names[0], response]);
-    let mut groups: Vec<&str> = points.iter().map(|point| point.others.as_str()).collect();
-    groups.sort_unstable();
-    groups.dedup();
-    for (n, group) in groups.iter().enumerate() {
-        let mut points: Vec<&SweepPoint> = points.iter().filter(|point| point.others == *group).collect();
-        points.sort_by(|a, b| a.x.total_cmp(&b.x));
-        let class = format!("k{}", n % COLOURS);
-        let line: Vec<[f64; 2]> = points.iter().map(|point| [point.x, point.response]).collect();
-        plot.line(&class, group, &line);
-        for point in points {
-            if let Some(bounds) = point.bounds {
-                plot.line(&format!("{class} interval"), "", &bounds.map(|end| [point.x, end]));
-            }
-            plot.dot(&class, [point.x, point.response], 3.5, &short(point.response, 4));
-        }
-    }
-    let caption = if names.len() > 1 { format!("Lines: {}.", names[1..].join(", ")) } else { String::new() };
-    let figure = Figure::new("lines", &format!("{response} over {}", names[0]), caption, Some(plot));
-    (!points.is_empty()).then_some(figure)
 }

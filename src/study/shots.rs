@@ -1,19 +1,25 @@
-//! `ripstop shots`: realisations of a case at velocities spread over a range.
+//! `ripstop shots`: realisations of a case at velocities spread over a range, and the table of any batch: what was drawn for each shot and
+//! what became of it, appended row by row, sorted at the end.
 
-use std::sync::Mutex;
+use std::collections::{BTreeMap, HashMap};
+use std::fs::{self, File};
+use std::io::{self, Write as _};
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 
+use csv::StringRecord;
 use serde_json::json;
 
-use super::batch::{self, Batch, BatchError, BatchOptions, BatchProgress, ShotOrder, locked};
+use super::batch::{self, Batch, BatchError, BatchOptions, BatchProgress, ShotOrder, notes};
 use super::fit::{Fit, FitRequest, FitRow, fit};
-use super::report::{Report, ReportTable};
-use super::shot_table::{ShotRow, ShotTable};
-use crate::case::{Case, RANGE_STREAM, Variability};
+use super::report::Report;
+use crate::case::{Case, Drawn, RANGE_STREAM};
 use crate::num::random::DrawKey;
-use crate::output::Folder;
-use crate::output::number::short;
-use crate::run::batch::DeviceUse;
+use crate::output::checks::{Level, advice, checks};
+use crate::output::csv::{number, quoted};
+use crate::output::{Folder, OutputError, absorbed_energy, residual_velocity};
+use crate::run::Run;
+use crate::run::outcome::Outcome;
 
 /// Name of the table.
 const TABLE: &str = "shots.csv";
@@ -21,18 +27,35 @@ const TABLE: &str = "shots.csv";
 pub const FILES: &[&str] = &["plan.json", TABLE, "shots.html", "shots.json"];
 /// Fraction by which the place in the range moves on from shot to shot: the golden ratio fills a range evenly, whatever the count.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
-/// Shots between checks whether the interval is narrow enough.
-const BETWEEN_CHECKS: u32 = 10;
+/// Columns before those of what was drawn.
+const FIRST: [&str; 3] = ["shot", "asked_velocity_m_s", "velocity_m_s"];
+/// Columns after them.
+const LAST: [&str; 14] = [
+    "outcome",
+    "perforated",
+    "count",
+    "residual_velocity_m_s",
+    "impact_energy_j",
+    "absorbed_energy_j",
+    "energy_gained",
+    "energy_error",
+    "max_deflection_mm",
+    "failed_warp",
+    "failed_weft",
+    "steps",
+    "trust",
+    "reason",
+];
+/// Numbers of a run among them, from `impact_energy_j` to `steps`.
+const NUMBERS: std::ops::Range<usize> = 4..12;
 
 /// Request of shots.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShotsRequest {
-    /// Number of shots at most.
+    /// Number of shots.
     pub count: u32,
     /// Range of the velocities [m/s]; `None`: that of the case.
     pub velocity: Option<[f64; 2]>,
-    /// Half the width of the interval of V50 over V50 at which to stop early.
-    pub until_width: Option<f64>,
     /// Fit of the limit.
     pub fit: FitRequest,
 }
@@ -44,10 +67,6 @@ pub struct ShotsResult {
     pub rows: Vec<ShotRow>,
     /// Limit fitted to them.
     pub fit: Fit,
-    /// Whether the interval was narrow enough before all were fired.
-    pub early: bool,
-    /// Use of the device.
-    pub device: DeviceUse,
 }
 
 /// Order of a shot.
@@ -76,9 +95,9 @@ pub(super) fn begin<'a>(
     Batch::open(case.clone(), options, folder, TABLE)
 }
 
-/// Orders of the first shots that have no row yet.
-pub(super) fn missing(table: &ShotTable, request: &ShotsRequest, seed: u32, count: u32) -> Vec<ShotOrder> {
-    (0..count).map(|shot| order(request, seed, shot)).filter(|order| table.find(*order).is_none()).collect()
+/// Orders of the shots that have no row yet.
+pub(super) fn missing(table: &ShotTable, request: &ShotsRequest, seed: u32) -> Vec<ShotOrder> {
+    (0..request.count).map(|shot| order(request, seed, shot)).filter(|order| table.find(*order).is_none()).collect()
 }
 
 /// Fires the shots that are not there yet and writes the table and the page.
@@ -92,36 +111,17 @@ pub fn run(
     folder: &Folder,
 ) -> Result<ShotsResult, BatchError> {
     let batch = begin(case, request, options, folder)?;
-    let fitted = |table: &ShotTable, count: u32| {
-        let rows: Vec<FitRow> = table.rows(count).filter_map(ShotRow::fit_row).collect();
-        fit(&rows, request.fit)
-    };
-    let step = if request.until_width.is_some() { BETWEEN_CHECKS } else { request.count };
-    let (mut wanted, mut early) = (0, false);
-    while wanted < request.count && !early {
-        wanted = (wanted + step).min(request.count);
-        let missing = missing(&batch.table(), request, options.seed, wanted);
-        let (done, last) = (AtomicU32::new(wanted - missing.len() as u32), Mutex::new(None));
-        batch.fire(&missing, options.threads, &|table| {
-            let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-            let mut last = locked(&last);
-            // An estimate for every row of a thousand would be most of the work.
-            if done.is_multiple_of(BETWEEN_CHECKS) || done == wanted {
-                *last = fitted(table, request.count).limit.v50();
-            }
-            (options.progress)(BatchProgress { done, of: request.count, v50: *last });
-        })?;
-        let is_narrow = |width: f64| {
-            let v50 = fitted(&batch.table(), wanted).limit.v50();
-            v50.is_some_and(|(v50, bounds)| bounds.is_narrow(Some(v50), width))
-        };
-        early = wanted < request.count && request.until_width.is_some_and(is_narrow);
-    }
-    let table = batch.table().text(wanted);
-    let rows: Vec<ShotRow> = batch.table().rows(wanted).cloned().collect();
-    let fit = fitted(&batch.table(), wanted);
-    let result = ShotsResult { rows, fit, early, device: batch.device_use() };
-    let page = result.report(case, request).html(&format!("Shots: {}", case.title), "shots.csv");
+    let missing = missing(&batch.table(), request, options.seed);
+    let done = AtomicU32::new(request.count - missing.len() as u32);
+    batch.fire(&missing, options.threads, &|_| {
+        let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+        (options.progress)(BatchProgress { done, of: request.count });
+    })?;
+    let table = batch.table().text(request.count);
+    let rows: Vec<ShotRow> = batch.table().rows(request.count).cloned().collect();
+    let fit = fit(&rows.iter().filter_map(ShotRow::fit_row).collect::<Vec<FitRow>>(), request.fit);
+    let result = ShotsResult { rows, fit };
+    let page = result.report(case).html(&format!("Shots: {}", case.title), "shots.csv");
     let json = format!("{:#}\n", result.fit.json());
     // The table last: what is beside it is of it.
     folder.put(&[("shots.json", json), ("shots.html", page), (TABLE, table)], &[])?;
@@ -131,41 +131,236 @@ pub fn run(
 
 impl ShotsResult {
     /// Result in words, tables and drawings.
-    pub fn report(&self, case: &Case, request: &ShotsRequest) -> Report {
+    pub fn report(&self, case: &Case) -> Report {
         let mut report = Report { title: case.title.clone(), ..self.fit.report("shots") };
-        let count = self.rows.len();
         let trusted = self.rows.iter().filter(|row| row.trust == "trust").count();
-        report.counts.push(format!("trust: {trusted} of {count} shots"));
-        if self.early {
-            let width = short(100.0 * request.until_width.unwrap_or_default(), 3);
-            let of = request.count;
-            report.counts.push(format!("stopped after {count} of {of} shots: the interval is within ± {width} %"));
-        }
+        report.counts.push(format!("trust: {trusted} of {} shots", self.rows.len()));
         let failed: Vec<&ShotRow> = self.rows.iter().filter(|row| row.perforated().is_none()).collect();
         let reason = failed.first().map(|row| format!("shot {}: {}", row.order.shot, row.reason));
         report.notes.extend(reason.map(|reason| format!("{} shots without an outcome; {reason}", failed.len())));
         report.notes.extend(notes(case));
-        let row = |row: &&ShotRow| vec![row.order.shot.to_string(), short(row.velocity, 5), row.reason.clone()];
-        let heads = ["shot", "velocity m/s", ""];
-        report.page_tables.push(ReportTable::new("shots without an outcome", &heads, 0, failed.iter().map(row)));
         report
     }
 }
 
-/// Sentences on what varies from shot to shot, and what of it is assumed.
-pub(super) fn notes(case: &Case) -> Vec<String> {
-    let mut notes = Vec::new();
-    if !case.variability.as_ref().is_some_and(Variability::varies) {
-        notes.push("nothing varies from shot to shot but the velocity: the case has no variability".to_owned());
+/// One shot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ShotRow {
+    /// Order of the shot.
+    pub order: ShotOrder,
+    /// Impact velocity [m/s]; that asked for where the shot could not be set up.
+    pub velocity: f64,
+    /// Values that were drawn.
+    pub drawn: Vec<Drawn>,
+    /// Outcome; `None`: the shot failed.
+    pub outcome: Option<Outcome>,
+    /// Residual velocity [m/s].
+    pub residual: Option<f64>,
+    /// Numbers of the run; empty without one.
+    numbers: Vec<f64>,
+    /// Trust in the result, in a word.
+    pub trust: String,
+    /// Reason why there is no outcome, else empty.
+    pub reason: String,
+}
+
+impl ShotRow {
+    /// Row of a shot that ran.
+    pub(super) fn of_run(order: ShotOrder, case: &Case, run: &Run) -> Self {
+        let last = run.history.last().copied().unwrap_or_default();
+        let reason = match (&run.divergence, &run.lost, run.outcome) {
+            (Some(found), ..) => format!("unstable: {} in {} at step {}", found.quantity, found.kernel, found.step),
+            (None, Some(lost), _) => one_line(lost),
+            (None, None, Outcome::Running) => "undecided at the end of the run".to_owned(),
+            _ => String::new(),
+        };
+        Self {
+            outcome: (run.divergence.is_none() && run.lost.is_none()).then_some(run.outcome),
+            residual: residual_velocity(case, run).filter(|_| reason.is_empty()),
+            numbers: vec![
+                run.impact_energy,
+                absorbed_energy(run),
+                run.energy_gained,
+                run.energy_error,
+                run.deflection() * 1e3,
+                last.failed[0] as f64,
+                last.failed[1] as f64,
+                run.steps as f64,
+            ],
+            trust: advice(&checks(case, run)).0.advice().to_owned(),
+            ..Self::of_failure(order, case, &reason)
+        }
     }
-    let assumed = case.fields.iter().filter(|field| field.assumed && field.pointer.starts_with("/variability"));
-    // Once each: not its distribution and its scatter apart.
-    let section = |pointer: &str| pointer.split('/').take(3).collect::<Vec<_>>().join("/");
-    let mut assumed: Vec<String> =
-        assumed.map(|field| section(&field.pointer)).filter(|pointer| pointer != "/variability/seed").collect();
-    assumed.dedup();
-    if !assumed.is_empty() {
-        notes.push(format!("assumed: {}", assumed.join(", ")));
+
+    /// Row of a shot that did not run, and why.
+    pub(super) fn of_failure(order: ShotOrder, case: &Case, reason: &str) -> Self {
+        Self {
+            order,
+            velocity: case.projectile.as_ref().map_or(0.0, |projectile| projectile.velocity),
+            drawn: case.drawn.clone(),
+            outcome: None,
+            residual: None,
+            numbers: Vec::new(),
+            trust: Level::Bad.advice().to_owned(),
+            reason: one_line(reason),
+        }
     }
-    notes
+
+    /// Whether the projectile passed; `None` without a decision.
+    pub fn perforated(&self) -> Option<bool> {
+        match self.outcome? {
+            Outcome::Perforated => Some(true),
+            Outcome::Stopped | Outcome::Rebounded => Some(false),
+            Outcome::Running => None,
+        }
+    }
+
+    /// Kinetic energy that the projectile has lost [J].
+    pub fn absorbed_energy(&self) -> Option<f64> {
+        self.numbers.get(1).copied()
+    }
+
+    /// Row as `ripstop fit` reads it.
+    pub(super) fn fit_row(&self) -> Option<FitRow> {
+        let perforated = self.perforated()?;
+        let passed = |residual: &f64| perforated && (0.0..=self.velocity).contains(residual);
+        Some(FitRow { velocity: self.velocity, perforated, count: 1, residual: self.residual.filter(passed) })
+    }
+
+    /// Line of the table with these drawn columns.
+    fn line(&self, drawn: &[String]) -> String {
+        let value = |name: &String| self.drawn.iter().find(|drawn| drawn.column == *name).map(|drawn| drawn.value);
+        let text = |value: Option<f64>| value.map(number).unwrap_or_default();
+        let passed = self.perforated() == Some(true);
+        let mut cells = vec![self.order.shot.to_string(), text(self.order.velocity), number(self.velocity)];
+        cells.extend(drawn.iter().map(|name| text(value(name))));
+        cells.push(self.outcome.map_or("failed", Outcome::word).to_owned());
+        cells.extend([passed, self.perforated().is_some()].map(|is| u8::from(is).to_string()));
+        // A shot that was stopped has no residual velocity in a table that `ripstop fit` reads.
+        cells.push(text(self.residual.filter(|_| passed)));
+        cells.extend((0..NUMBERS.len()).map(|n| text(self.numbers.get(n).copied())));
+        cells.extend([self.trust.clone(), quoted(&self.reason)]);
+        cells.join(",") + "\n"
+    }
+
+    /// Row of a record of the table; `None` where it is none.
+    fn parse(header: &StringRecord, record: &StringRecord) -> Option<Self> {
+        let cells: HashMap<&str, &str> = header.iter().zip(record).collect();
+        let value = |name: &str| cells.get(name).and_then(|cell| cell.parse::<f64>().ok());
+        let text = |name: &str| cells.get(name).map(|cell| (*cell).to_owned());
+        let drawn = header.iter().take_while(|name| *name != LAST[0]).skip(FIRST.len());
+        let drawn = drawn.filter_map(|name| Some(Drawn { column: name.to_owned(), value: value(name)? })).collect();
+        let outcomes = [Outcome::Perforated, Outcome::Stopped, Outcome::Rebounded, Outcome::Running];
+        let mut row = Self {
+            order: ShotOrder { shot: cells.get("shot")?.parse().ok()?, velocity: value("asked_velocity_m_s") },
+            velocity: value("velocity_m_s")?,
+            drawn,
+            outcome: outcomes.into_iter().find(|outcome| Some(&outcome.word()) == cells.get("outcome")),
+            residual: value("residual_velocity_m_s"),
+            numbers: LAST[NUMBERS].iter().map_while(|name| value(name)).collect(),
+            trust: text("trust")?,
+            reason: text("reason")?,
+        };
+        if row.perforated() == Some(false) {
+            row.residual = Some(0.0);
+        }
+        Some(row)
+    }
+}
+
+/// Text on one line.
+fn one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// Number of the shot and bits of its velocity, by which rows are sorted and found again.
+type ShotKey = (u32, u64);
+
+fn key(order: ShotOrder) -> ShotKey {
+    // Velocities are above zero: their bits are in their order.
+    (order.shot, order.velocity.unwrap_or(0.0).to_bits())
+}
+
+/// Rows of a batch, and the file that they are appended to.
+#[derive(Debug)]
+pub struct ShotTable {
+    drawn: Vec<String>,
+    path: PathBuf,
+    file: File,
+    rows: BTreeMap<ShotKey, ShotRow>,
+}
+
+impl ShotTable {
+    /// Table that begins, or goes on with the rows that are there; `drawn`: its columns of what is drawn.
+    ///
+    /// # Errors
+    /// When the disk refuses.
+    pub(super) fn open(folder: &Folder, name: &str, drawn: Vec<String>, resume: bool) -> Result<Self, BatchError> {
+        let partial = format!("{name}.partial");
+        let path = folder.path().join(&partial);
+        // A batch that had ended left its sorted table: a longer one begins there.
+        let whole = folder.path().join(name);
+        let earlier = if path.exists() { &path } else { &whole };
+        let earlier = if resume { complete_lines(earlier).unwrap_or_default() } else { String::new() };
+        let head = head(&drawn);
+        let kept = if earlier.starts_with(&head) { &earlier } else { &head };
+        // Replaced as a whole: a kill here loses no row.
+        folder.put(&[(&*partial, kept)], &[])?;
+        let file = File::options().append(true).open(&path);
+        let file = file.map_err(|error| OutputError::unwritten(&path, &error))?;
+        Ok(Self { drawn, file, rows: read(kept), path })
+    }
+
+    /// Adds a row; it is on the disk when this returns.
+    ///
+    /// # Errors
+    /// When the disk refuses.
+    pub(super) fn add(&mut self, row: ShotRow) -> Result<(), BatchError> {
+        let line = row.line(&self.drawn);
+        let written = self.file.write_all(line.as_bytes()).and_then(|()| self.file.sync_data());
+        written.map_err(|error| OutputError::unwritten(&self.path, &error))?;
+        self.rows.insert(key(row.order), row);
+        Ok(())
+    }
+
+    /// Row of a shot, if it was fired.
+    pub fn find(&self, order: ShotOrder) -> Option<&ShotRow> {
+        self.rows.get(&key(order))
+    }
+
+    /// Rows of the shots below `count`, by shot and velocity.
+    pub fn rows(&self, count: u32) -> impl Iterator<Item = &ShotRow> {
+        self.rows.range(..(count, 0)).map(|(_, row)| row)
+    }
+
+    /// Sorted table of the shots below `count`.
+    pub(super) fn text(&self, count: u32) -> String {
+        self.rows(count).fold(head(&self.drawn), |text, row| text + &row.line(&self.drawn))
+    }
+
+    /// Removes the appended table.
+    pub(super) fn close(self) -> Result<(), BatchError> {
+        Ok(fs::remove_file(&self.path).map_err(|error| OutputError::unwritten(&self.path, &error))?)
+    }
+}
+
+/// First line of a table.
+fn head(drawn: &[String]) -> String {
+    let drawn = drawn.iter().map(String::as_str);
+    FIRST.into_iter().chain(drawn).chain(LAST).collect::<Vec<_>>().join(",") + "\n"
+}
+
+/// Lines of a file that were written to their end.
+fn complete_lines(path: &Path) -> io::Result<String> {
+    let bytes = fs::read(path)?;
+    let end = bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |at| at + 1);
+    Ok(String::from_utf8_lossy(&bytes[..end]).into_owned())
+}
+
+fn read(text: &str) -> BTreeMap<ShotKey, ShotRow> {
+    let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(text.as_bytes());
+    let Ok(header) = reader.headers().cloned() else { return BTreeMap::new() };
+    let records = reader.records().filter_map(Result::ok).filter(|record| record.len() == header.len());
+    let rows = records.filter_map(|record| ShotRow::parse(&header, &record));
+    rows.map(|row| (key(row.order), row)).collect()
 }

@@ -2,33 +2,32 @@
 //!
 //! Each point is a batch in a folder of its own; one that has ended is read, not computed again.
 
-use std::ops::Range;
+use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::{fs, iter};
 
 use serde_json::{Map, Value, json};
 
-use super::StudyError;
-use super::batch::{self, Batch, BatchError, BatchOptions, BatchProgress, ShotOrder, in_threads, is_begun};
-use super::on_device::DeviceRunner;
-use super::report::{Report, ReportTable, lines_panel};
-use super::shot_table::ShotRow;
-use super::shots::{self, ShotsRequest};
+use super::batch::{self, BatchError, BatchOptions, BatchProgress, ShotOrder, is_begun};
+use super::report::{Report, ReportTable, ends, roomy};
+use super::shots::{self, ShotRow, ShotsRequest};
 use super::v50::{self, V50Request};
 use super::v50_result::V50Result;
-use crate::case::Case;
+use crate::case::{Case, CaseError};
 use crate::output::csv::{self, number};
 use crate::output::number::short;
+use crate::output::plot::{Figure, Plot};
 use crate::output::{Folder, OutputError};
-use crate::run::batch::DeviceUse;
 
 /// Every file that is written; batches lie in `points`.
 pub const FILES: &[&str] = &["plan.json", "sweep.csv", "sweep.html", "sweep.json"];
 /// Points of a sweep at most.
 const MAX_POINTS: usize = 10_000;
-/// Points whose shots go on a device together: their tables are open meanwhile.
-const AHEAD: usize = 64;
+/// Points whose shots are fired together: their tables are open meanwhile.
+const TOGETHER: usize = 256;
+/// Colours of lines.
+const COLOURS: usize = 9;
 
 /// Key that a sweep varies: `/pointer=1,2,4,8` or `/pointer=100..300:20` (from, to, step).
 #[derive(Clone, Debug, PartialEq)]
@@ -44,42 +43,31 @@ impl Factor {
     ///
     /// # Errors
     /// When it has another form, or a range is none.
-    pub fn parse(text: &str) -> Result<Self, StudyError> {
-        let wrong = |expected: &str, found: &str| {
+    pub fn parse(text: &str) -> Result<Self, CaseError> {
+        let values = |text: &str| match text.split_once("..") {
+            Some((low, rest)) => steps(low, rest),
+            None => Some(split(text)),
+        };
+        let parts = text.split_once('=').filter(|(pointer, _)| pointer.starts_with('/'));
+        let parts = parts.and_then(|(pointer, text)| Some((pointer, values(text)?)));
+        let found = parts.filter(|(_, values)| !values.is_empty());
+        found.map(|(pointer, values)| Self { pointer: pointer.to_owned(), values }).ok_or_else(|| {
+            let expected = format!("/json/pointer=values: a list, or a range A..B:STEP of at most {MAX_POINTS} values");
             let help = "for example --over /pack/plies=1,2,4,8 or --over /projectile/velocity_m_s=100..300:20";
-            StudyError::new(format!("--over {text}"), expected, format!("{found:?}"), help)
-        };
-        let Some((pointer, values)) = text.split_once('=').filter(|(pointer, _)| pointer.starts_with('/')) else {
-            return Err(wrong("/json/pointer=values", text));
-        };
-        let pointer = pointer.to_owned();
-        let Some((low, rest)) = values.split_once("..") else {
-            let values: Vec<String> = split(values).into_iter().filter(|value| !value.is_empty()).collect();
-            return if values.is_empty() { Err(wrong("values after =", "")) } else { Ok(Self { pointer, values }) };
-        };
-        let (high, step) = rest.split_once(':').map_or((rest, None), |(high, step)| (high, Some(step)));
-        let parse = |text: &str| {
-            let parsed = text.trim().parse::<f64>().ok().filter(|value| value.is_finite());
-            parsed.ok_or_else(|| wrong("a number", text))
-        };
-        let [low, high] = [parse(low)?, parse(high)?];
-        if high <= low {
-            return Err(wrong("a range from a lower to a higher number", values));
-        }
-        let Some(step) = step else {
-            let place = format!("--over {pointer}");
-            let help = "write /pointer=A..B:STEP";
-            return Err(StudyError::new(place, "values, or a range with a step", "a range without a step", help));
-        };
-        let step = parse(step)?;
-        let count = ((high - low) / step + 1e-9).floor();
-        if !(step > 0.0 && count < MAX_POINTS as f64) {
-            return Err(wrong("a step above 0 that makes fewer than 10 000 values", values));
-        }
-        // Rounding of a sum of steps has no place in a case.
-        let at = |n: usize| format!("{:.12e}", low + step * n as f64).parse().map(number).unwrap_or_default();
-        Ok(Self { pointer, values: (0..=count as usize).map(at).collect() })
+            CaseError::new("--over", "", expected, text, help)
+        })
     }
+}
+
+/// Values of a range, as the case file would have them; `None` where it is none.
+fn steps(low: &str, rest: &str) -> Option<Vec<String>> {
+    let (high, step) = rest.split_once(':')?;
+    let parse = |text: &str| text.trim().parse::<f64>().ok().filter(|value| value.is_finite());
+    let [low, high, step] = [parse(low)?, parse(high)?, parse(step)?];
+    let count = ((high - low) / step + 1e-9).floor();
+    // Rounding of a sum of steps has no place in a case.
+    let at = |n: usize| format!("{:.12e}", low + step * n as f64).parse().map(number).unwrap_or_default();
+    (step > 0.0 && high > low && count < MAX_POINTS as f64).then(|| (0..=count as usize).map(at).collect())
 }
 
 /// Values apart at commas, but for those inside brackets and quotes.
@@ -94,25 +82,20 @@ fn split(text: &str) -> Vec<String> {
         }
         c == ',' && depth == 0 && !is_quoted
     };
-    text.split(at_comma).map(|part| part.trim().to_owned()).collect()
+    text.split(at_comma).map(|part| part.trim().to_owned()).filter(|part| !part.is_empty()).collect()
 }
 
 /// All combinations of the values, the last factor fastest; each point has a value of every factor, as the case file would have it.
 ///
 /// # Errors
 /// When there are too many.
-pub fn grid(factors: &[Factor]) -> Result<Vec<Vec<String>>, StudyError> {
+pub fn grid(factors: &[Factor]) -> Result<Vec<Vec<String>>, CaseError> {
     let mut points = vec![Vec::new()];
     for Factor { pointer, values } in factors {
         let count = points.len() * values.len();
         if count > MAX_POINTS {
             let expected = format!("at most {MAX_POINTS} points");
-            return Err(StudyError::new(
-                "--over",
-                expected,
-                format!("{count} of them at {pointer}"),
-                "take longer steps",
-            ));
+            return Err(CaseError::new("--over", pointer, expected, format!("{count} of them"), "take longer steps"));
         }
         let with = |point: Vec<String>| values.iter().map(move |value| [point.clone(), vec![value.clone()]].concat());
         points = points.into_iter().flat_map(with).collect();
@@ -160,13 +143,11 @@ impl SweepRequest {
     }
 }
 
-/// Result of a sweep.
+/// Result of a sweep: cells by point. They are the values of the factors, numbers by column, and the reason why there is none, else empty.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SweepResult {
-    /// Cells by point: values of the factors, numbers by column, and the reason why there is none, else empty.
+    /// Cells by point.
     pub points: Vec<Vec<Value>>,
-    /// Use of the device.
-    pub device: DeviceUse,
 }
 
 /// Runs the points that have not ended yet and writes the table and the page. `title`: of the nominal case.
@@ -188,7 +169,7 @@ pub fn run(
         fs::remove_dir_all(&points).map_err(|error| OutputError::unwritten(&points, &error))?;
     }
     batch::begin("sweep", first, options, parts, (folder, FILES))?;
-    let result = Sweep { request, options, folder: &points, shown: AtomicU32::new(0) }.run()?;
+    let result = Sweep { request, options, folder: &points }.run()?;
     let page = result.report(request, title).html(&format!("Sweep: {title}"), "sweep.json");
     let texts = [
         ("sweep.json", format!("{:#}\n", result.json(request))),
@@ -205,39 +186,28 @@ struct Sweep<'a> {
     options: &'a BatchOptions<'a>,
     /// Folder of the batches.
     folder: &'a Path,
-    /// Points shown as done.
-    shown: AtomicU32,
 }
 
 impl<'a> Sweep<'a> {
     fn run(&self) -> Result<SweepResult, BatchError> {
         let count = self.request.points.len();
-        let mut runner = DeviceRunner::new(self.options);
-        let at_a_time = if runner.is_some() { AHEAD } else { count };
-        // On a device one point after another. Else points beside each other, and shots of a point where there are fewer points than threads.
-        let workers = if runner.is_some() { 1 } else { self.options.threads.min(count).max(1) };
-        let threads = self.options.threads.div_ceil(workers);
-        let ended = AtomicU32::new(0);
-        let mut results = Vec::with_capacity(count);
-        for first in (0..count).step_by(at_a_time) {
-            let numbers = first..(first + at_a_time).min(count);
-            if let (Some(runner), SweepOf::Shots(of)) = (&mut runner, &self.request.of) {
-                self.fire_ahead(of, numbers.clone(), runner)?;
+        let mut points = Vec::with_capacity(count);
+        for first in (0..count).step_by(TOGETHER) {
+            let numbers: Vec<usize> = (first..(first + TOGETHER).min(count)).collect();
+            if let SweepOf::Shots(of) = &self.request.of {
+                self.fire_ahead(of, &numbers)?;
             }
-            results.extend(in_threads(workers, numbers, |number, _| {
-                let result = self.point(number, threads)?;
-                self.show(ended.fetch_add(1, Ordering::Relaxed) + 1);
-                Ok::<_, BatchError>(result)
-            })?);
+            for number in numbers {
+                points.push(self.point(number)?);
+                self.show(number + 1);
+            }
         }
-        let ahead = runner.map(|runner| runner.device_use()).unwrap_or_default();
-        let (points, used): (Vec<_>, Vec<_>) = results.into_iter().unzip();
-        Ok(SweepResult { points, device: used.into_iter().fold(ahead, DeviceUse::with) })
+        Ok(SweepResult { points })
     }
 
-    fn show(&self, done: u32) {
-        let done = self.shown.fetch_max(done, Ordering::Relaxed).max(done);
-        (self.options.progress)(BatchProgress { done, of: self.request.points.len() as u32, v50: None });
+    fn show(&self, done: usize) {
+        let of = self.request.points.len() as u32;
+        (self.options.progress)(BatchProgress { done: done as u32, of });
     }
 
     /// Case, folder and options of a point.
@@ -248,50 +218,39 @@ impl<'a> Sweep<'a> {
         Ok((&self.request.points[number].1, folder, options))
     }
 
-    /// Fires the shots of points on a device, in one batch where they go together: their rows are there once their points are computed.
-    fn fire_ahead(
-        &self,
-        of: &ShotsRequest,
-        numbers: Range<usize>,
-        runner: &mut DeviceRunner<'_>,
-    ) -> Result<(), BatchError> {
-        // Where shots end early, each batch of them depends on those before.
-        if of.until_width.is_some() {
-            return Ok(());
+    /// Fires the shots of points together: their rows are there once their points are computed.
+    fn fire_ahead(&self, of: &ShotsRequest, numbers: &[usize]) -> Result<(), BatchError> {
+        let (mut batches, mut folders, mut wanted) = (Vec::new(), Vec::new(), Vec::new());
+        for (at, number) in numbers.iter().enumerate() {
+            let (case, folder, options) = self.batch(*number, shots::FILES)?;
+            let batch = shots::begin(case, of, &options, &folder)?;
+            wanted.extend(shots::missing(&batch.table(), of, options.seed).into_iter().map(|order| (at, order)));
+            batches.push(batch);
+            // Locked until all are fired.
+            folders.push(folder);
         }
-        let (first, count) = (numbers.start, numbers.len());
-        let open = |number| {
-            let (case, folder, options) = self.batch(number, shots::FILES)?;
-            Ok((shots::begin(case, of, &options, &folder)?, folder))
-        };
-        let batches: Vec<(Batch<'_>, Folder)> = numbers.map(open).collect::<Result<_, BatchError>>()?;
-        let missing = |at: usize| shots::missing(&batches[at].0.table(), of, self.options.seed, of.count);
-        let wanted = (0..count).flat_map(|at| missing(at).into_iter().map(move |order| (at, order)));
-        let wanted: Vec<(usize, ShotOrder)> = wanted.collect();
-        let mut fired = 0;
-        runner.fire(wanted.iter().map(|(at, order)| (&batches[*at].0.case, *order)), &mut |shot, row| {
-            fired += 1;
-            self.show((first + count * fired / wanted.len()) as u32);
-            batches[wanted[shot].0].0.table().add(row)
+        let wanted: Vec<(usize, ShotOrder)> = wanted;
+        let fired = AtomicUsize::new(0);
+        batch::fire(&batches, &wanted, self.options.threads, &|_| {
+            let fired = fired.fetch_add(1, Ordering::Relaxed) + 1;
+            self.show(numbers[0] + numbers.len() * fired / wanted.len());
         })
     }
 
-    /// Cells of a point, and its use of the device.
-    fn point(&self, number: usize, threads: usize) -> Result<(Vec<Value>, DeviceUse), BatchError> {
-        let (cells, device) = match &self.request.of {
+    /// Cells of a point.
+    fn point(&self, number: usize) -> Result<Vec<Value>, BatchError> {
+        let cells = match &self.request.of {
             SweepOf::Shots(request) => {
                 let (case, folder, options) = self.batch(number, shots::FILES)?;
-                let found = shots::run(case, request, &BatchOptions { threads, ..options }, &folder)?;
-                (shots_cells(&found.rows), found.device)
+                shots_cells(&shots::run(case, request, &options, &folder)?.rows)
             }
             SweepOf::V50(request) => {
                 let (case, folder, options) = self.batch(number, v50::FILES)?;
-                let found = v50::run(case, request, &BatchOptions { threads, ..options }, &folder)?;
-                (v50_cells(&found), found.device)
+                v50_cells(&v50::run(case, request, &options, &folder)?)
             }
         };
         let value = |text: &String| serde_json::from_str(text).unwrap_or_else(|_| text.as_str().into());
-        Ok((self.request.points[number].0.iter().map(value).chain(cells).collect(), device))
+        Ok(self.request.points[number].0.iter().map(value).chain(cells).collect())
     }
 }
 
@@ -357,34 +316,48 @@ impl SweepResult {
             let digits = |column: usize| move |value| if column < keys { number(value) } else { short(value, 4) };
             cells.iter().enumerate().map(|(column, cell)| text(cell, digits(column), "-")).collect()
         };
-        let table = ReportTable::new("", &heads, 0, self.points.iter().map(row));
-        let point = |cells: &Vec<Value>| {
-            let at = |name: &str| names.iter().position(|column| *column == name).and_then(|at| cells[at].as_f64());
-            let value = text(&cells[0], number, "");
-            let place = || request.factors[0].values.iter().position(|other| *other == value).unwrap_or(0) as f64;
-            let others: Vec<String> = cells[1..keys].iter().map(|cell| text(cell, number, "")).collect();
-            Some(SweepPoint {
-                x: cells[0].as_f64().unwrap_or_else(place),
-                others: others.join(", "),
-                response: cells[keys].as_f64()?,
-                bounds: at("low_m_s").zip(at("high_m_s")).map(|(low, high)| [low, high]),
-            })
-        };
-        let points: Vec<SweepPoint> = self.points.iter().filter_map(point).collect();
-        let panels = lines_panel(&names[..keys], &points, names[keys]).into_iter().collect();
+        let table = ReportTable::new("", &heads, 0).rows(self.points.iter().map(row), "");
+        let panels = self.lines(request, &names).into_iter().collect();
         Report { title: title.to_owned(), tables: vec![table], panels, ..Report::default() }
     }
-}
 
-/// Point of a sweep as the drawing takes it.
-pub(super) struct SweepPoint {
-    /// Value of the first factor; a word by its number.
-    pub(super) x: f64,
-    /// Values of the others.
-    pub(super) others: String,
-    /// Response, and the ends of its interval, where it has one.
-    pub(super) response: f64,
-    pub(super) bounds: Option<[f64; 2]>,
+    /// Response over the first factor, a line for each combination of the others; nothing without a response.
+    fn lines(&self, request: &SweepRequest, names: &[&str]) -> Option<Figure> {
+        let keys = request.factors.len();
+        let at = |name: &str| names.iter().position(|column| *column == name);
+        let bounds = at("low_m_s").zip(at("high_m_s"));
+        let mut groups: BTreeMap<String, Vec<[f64; 4]>> = BTreeMap::new();
+        for cells in &self.points {
+            let Some(response) = cells[keys].as_f64() else { continue };
+            // A word by its number.
+            let place = || {
+                request.factors[0].values.iter().position(|other| *other == text(&cells[0], number, "")).unwrap_or(0)
+            };
+            let ends = bounds.and_then(|(low, high)| Some([cells[low].as_f64()?, cells[high].as_f64()?]));
+            let [low, high] = ends.unwrap_or([response; 2]);
+            let others: Vec<String> = cells[1..keys].iter().map(|cell| text(cell, number, "")).collect();
+            let x = cells[0].as_f64().unwrap_or_else(|| place() as f64);
+            groups.entry(others.join(", ")).or_default().push([x, response, low, high]);
+        }
+        let points = || groups.values().flatten();
+        let [x, y] = [ends(points().map(|point| point[0])), ends(points().flat_map(|point| [point[2], point[3]]))];
+        let mut plot = Plot::new(roomy(x, 0.05, 1e-3), roomy(y, 0.05, 1e-3), [names[0], names[keys]]);
+        for (n, (group, points)) in groups.iter().enumerate() {
+            let mut points = points.clone();
+            points.sort_by(|a, b| a[0].total_cmp(&b[0]));
+            let class = format!("k{}", n % COLOURS);
+            plot.line(&class, group, &points.iter().map(|[x, response, ..]| [*x, *response]).collect::<Vec<_>>());
+            for [x, response, low, high] in points {
+                if low < high {
+                    plot.line(&format!("{class} interval"), "", &[[x, low], [x, high]]);
+                }
+                plot.dot(&class, [x, response], 3.5, &short(response, 4));
+            }
+        }
+        let caption = if keys > 1 { format!("Lines: {}.", names[1..keys].join(", ")) } else { String::new() };
+        let title = format!("{} over {}", names[keys], names[0]);
+        (!groups.is_empty()).then(|| Figure::new("lines", &title, caption, Some(plot)))
+    }
 }
 
 #[cfg(test)]
@@ -412,8 +385,6 @@ mod tests {
         let points = grid(&factors(&["/a=1,2", "/b=x,y,z"])).unwrap_or_default();
         assert_eq!(points.iter().map(|point| point.join("")).collect::<Vec<_>>(), ["1x", "1y", "1z", "2x", "2y", "2z"]);
         let error = grid(&factors(&["/a=1..5000:1", "/b=1,2,3"])).map_err(|error| error.to_string());
-        assert!(
-            error.is_err_and(|error| error.contains("at most 10000 points") && error.contains("15000 of them at /b"))
-        );
+        assert!(error.is_err_and(|error| error.contains("--over: /b") && error.contains("15000 of them")));
     }
 }

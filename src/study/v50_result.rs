@@ -2,17 +2,15 @@
 
 use serde_json::{Value, json};
 
-use super::interval::Bounds;
-use super::limit::{Limit, QUANTILES, Quantile, quantile_row};
-use super::outcomes::{Outcomes, Shot};
-use super::report::{Report, ReportTable, headline, residual_panel, threshold_panel};
-use super::residual_fit::Passed;
-use super::shots;
-use super::threshold::{FoundThreshold, Refinement, ThresholdSample, middle};
-use super::v50::V50Request;
+use super::batch::notes;
+use super::binary_response::Shot;
+use super::interval::{Bounds, outer_end, peak, student_t};
+use super::limit::{Limit, Passed, QUANTILES, Quantile};
+use super::report::{Report, headline, residual_panel, threshold_panel};
+use super::v50::{FoundThreshold, V50Request, middle};
 use crate::case::{Accuracy, Case, Numerics, case_hash};
+use crate::num::link::Link;
 use crate::output::number::short;
-use crate::run::batch::DeviceUse;
 
 /// Part of mesh and time step in a limit, over the limit \[-\]: twice what half as long elements do to the README's ply
 /// (0.25 %), and no less than this, for they move limits of cylinders, spheres and fragments on two fabrics by up to
@@ -24,6 +22,129 @@ const NUMERICAL_CONVERGED: f64 = 0.0125;
 const NUMERICAL_PAPER: f64 = 0.115;
 /// Part that is left once a finer mesh has corrected a limit: place of the mesh and time step, the largest spread (docs/src/objectivity.md).
 const NUMERICAL_REST: f64 = 0.005;
+/// Range of ln(σ/σ̂) that is searched.
+const SPREAD: f64 = 6.0;
+
+/// Thresholds as a normal sample.
+///
+/// The interval of a quantile q is that of the likelihood ratio, with σ chosen best at each q. It ends where the log-likelihood has fallen
+/// by ½ n ln\[1 + t²/(n − 1)\] with Student's t, so that the interval of the mean is exact for normal thresholds, whatever their number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ThresholdSample {
+    /// Number of thresholds.
+    pub count: usize,
+    /// Mean: V50, in the unit of the thresholds.
+    pub mean: f64,
+    /// Standard deviation, without what the width of the brackets adds.
+    pub sigma: f64,
+    /// Least and largest threshold.
+    pub range: [f64; 2],
+}
+
+impl ThresholdSample {
+    /// Sample of thresholds, each the middle of a bracket of this width; `None` of none.
+    pub fn new(thresholds: &[f64], bracket: f64) -> Option<Self> {
+        let n = thresholds.len() as f64;
+        let mean = thresholds.iter().sum::<f64>() / n;
+        let squares: f64 = thresholds.iter().map(|threshold| (threshold - mean).powi(2)).sum();
+        let variance = if n > 1.0 { squares / (n - 1.0) } else { 0.0 };
+        let range = thresholds.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], threshold| {
+            [low.min(*threshold), high.max(*threshold)]
+        });
+        // Sheppard: a value rounded to a width scatters by that width over √12 more.
+        let sigma = (variance - bracket * bracket / 12.0).max(0.0).sqrt();
+        (!thresholds.is_empty()).then_some(Self { count: thresholds.len(), mean, sigma, range })
+    }
+
+    /// Threshold that a part `p` of the realisations lies below.
+    pub fn quantile(&self, p: f64) -> f64 {
+        self.mean + self.sigma * Link::Probit.quantile(p)
+    }
+
+    /// Part of the realisations that are perforated at a velocity.
+    pub fn probability(&self, velocity: f64) -> f64 {
+        match self.sigma {
+            sigma if sigma > 0.0 => Link::Probit.probability((velocity - self.mean) / sigma),
+            _ if velocity < self.mean => 0.0,
+            _ => 1.0,
+        }
+    }
+
+    /// Interval of [`ThresholdSample::quantile`] with this two-sided confidence; without ends of fewer than two thresholds.
+    pub fn interval(&self, p: f64, level: f64) -> Bounds {
+        let value = self.quantile(p);
+        let n = self.count as f64;
+        if self.count < 2 {
+            return Bounds::default();
+        }
+        if self.sigma == 0.0 {
+            return Bounds { low: Some(value), high: Some(value) };
+        }
+        let t = student_t(level, self.count as u64 - 1);
+        let fall = 0.5 * n * (t * t / (n - 1.0)).ln_1p();
+        let most_likely = (1.0 - 1.0 / n) * self.sigma * self.sigma;
+        let z = Link::Probit.quantile(p);
+        // Log-likelihood over its part that does not change, with the best σ.
+        let height = |q: f64| {
+            let at = |log: f64| {
+                let sigma = self.sigma * log.exp();
+                let off = self.mean - q + z * sigma;
+                -n * log - 0.5 * n * (most_likely + off * off) / (sigma * sigma)
+            };
+            peak(at, -SPREAD, SPREAD, 1e-9).1
+        };
+        let best = -0.5 * n * (1.0 - 1.0 / n).ln() - 0.5 * n;
+        let above = |q: f64| height(q) - (best - fall);
+        let step = 0.5 * self.sigma / n.sqrt();
+        let end = |side: f64| outer_end(above, value, side * step, side * f64::INFINITY, 1e-9 * self.sigma);
+        Bounds { low: end(-1.0), high: end(1.0) }
+    }
+}
+
+/// Thresholds of a few realisations on a finer mesh over those on the mesh of the case.
+///
+/// The mesh moves all thresholds by much the same part, so the mean ratio of a few pairs corrects the mean of all. Elements half as long
+/// move a limit by a part d. If the finer mesh is converged, d is all; if the error falls as the length of an element, as much again is to
+/// come. The correction is the middle, 1.5 d, and may be off by 0.5 d.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Refinement {
+    /// Pairs of thresholds.
+    pub count: usize,
+    /// Mean ratio [-].
+    pub ratio: f64,
+    /// Standard deviation of the ratio [-]; 0 for one pair.
+    pub sigma: f64,
+}
+
+impl Refinement {
+    /// Refinement from pairs of thresholds, on the mesh of the case and on the finer one, in one unit; `None` without a pair.
+    pub fn new(pairs: &[[f64; 2]]) -> Option<Self> {
+        let count = pairs.len() as f64;
+        let ratios = || pairs.iter().map(|[coarse, fine]| fine / coarse);
+        let ratio = ratios().sum::<f64>() / count;
+        let squares: f64 = ratios().map(|each| (each - ratio).powi(2)).sum();
+        let sigma = if pairs.len() > 1 { (squares / (count - 1.0)).sqrt() } else { 0.0 };
+        (!pairs.is_empty()).then_some(Self { count: pairs.len(), ratio, sigma })
+    }
+
+    /// Factor of limits on the mesh of the case [-].
+    pub fn factor(&self) -> f64 {
+        1.0 + 1.5 * (self.ratio - 1.0)
+    }
+
+    /// Error of the factor at most, either way [-].
+    pub fn open(&self) -> f64 {
+        0.5 * (self.ratio - 1.0).abs()
+    }
+
+    /// Half the width of the interval of the mean factor [-], with this two-sided confidence: Student's; 0 for one pair.
+    pub fn half_width(&self, level: f64) -> f64 {
+        if self.count < 2 {
+            return 0.0;
+        }
+        1.5 * student_t(level, self.count as u64 - 1) * self.sigma / (self.count as f64).sqrt()
+    }
+}
 
 /// Half the width of the interval of V50 by where it comes from [m/s].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -63,8 +184,6 @@ pub struct V50Result {
     pub shots: usize,
     /// Shots without an outcome.
     pub failed: usize,
-    /// Use of the device.
-    pub device: DeviceUse,
 }
 
 impl V50Result {
@@ -75,13 +194,7 @@ impl V50Result {
     }
 
     /// Estimate from thresholds. `passed`: shots that perforated.
-    pub(super) fn with_thresholds(
-        self,
-        found: &[FoundThreshold],
-        passed: Vec<Passed>,
-        case: &Case,
-        request: &V50Request,
-    ) -> Self {
+    pub(super) fn new(found: &[FoundThreshold], passed: Vec<Passed>, case: &Case, request: &V50Request) -> Self {
         let level = request.level;
         let pair = |found: &FoundThreshold| Some([middle(found.bracket.clone().ok()?), middle(found.refined?)]);
         let pairs: Vec<[f64; 2]> = found.iter().filter_map(pair).collect();
@@ -90,14 +203,14 @@ impl V50Result {
             thresholds: found.iter().map(|found| found.bracket.clone()).collect(),
             refinement: Refinement::new(&pairs),
             non_monotone: turned.map(|(realisation, _)| realisation).collect(),
-            ..self
+            ..Self::default()
         };
         let middles = result.middles();
         let brackets = result.thresholds.iter().filter_map(|found| found.as_ref().ok());
         let count = middles.len().max(1) as f64;
         let width = brackets.map(|[low, high]| high - low).sum::<f64>() / count;
         let Some(sample) = ThresholdSample::new(&middles, width) else {
-            result.limit = Limit::new(Vec::new(), &Outcomes::default(), passed, level);
+            result.limit = Limit::new(Vec::new(), &[].iter().collect(), passed, level);
             return result;
         };
         // A single threshold of a case in which nothing varies is no sample.
@@ -180,23 +293,20 @@ impl V50Result {
 
     /// Sentences that a reader should know before the numbers are used.
     pub fn notes(&self, case: &Case) -> Vec<String> {
-        let mut notes = Vec::new();
-        if case.varies() {
-            notes.extend(shots::notes(case));
-        } else {
-            notes.push(
+        let mut notes = match case.varies() {
+            true => notes(case),
+            false => vec![
                 "nothing varies from shot to shot: this is one threshold, and its interval holds mesh, time step and bracket alone. \
                  Give the case a variability for V10, V90 and an interval of many shots"
                     .to_owned(),
-            );
-        }
+            ],
+        };
         notes.push(match self.refinement {
             Some(found) => format!(
-                "elements half as long move the limit by {} %, measured on {} realisation{}; V50 holds one and a half times that, \
+                "elements half as long move the limit by {} %, measured on {} of the realisations; V50 holds one and a half times that, \
                  thresholds and residual velocities in the tables do not",
                 short(100.0 * (found.ratio - 1.0), 2),
-                found.count,
-                plural(found.count)
+                found.count
             ),
             None => "the part of mesh and time step was measured on S-720 and is assumed for other fabrics".to_owned(),
         });
@@ -218,33 +328,23 @@ impl V50Result {
     /// Result in words, tables and drawings.
     pub fn report(&self, case: &Case, request: &V50Request) -> Report {
         let known = self.thresholds.iter().filter(|found| found.is_ok()).count();
-        let of = self.thresholds.len();
         let finer = match self.refined_shots {
             0 => String::new(),
             count => format!(", {count} on the converged mesh"),
         };
-        let counts = format!(
-            "{known} threshold{} of {of} realisation{}, {} shots{finer}",
-            plural(known),
-            plural(of),
-            self.shots
-        );
-        let mut tables = Vec::new();
-        if self.sample.is_some_and(|sample| sample.count > 1) {
-            tables.push(self.quantile_table(request.level));
-            tables.push(self.limit.arithmetic_table("of an up-and-down of one shot at each realisation"));
+        let counts = format!("thresholds: {known} of {}, shots: {}{finer}", self.thresholds.len(), self.shots);
+        let mut tables = self.limit.tables(request.level, "of an up-and-down of one shot at each realisation");
+        if self.sigma.is_none() {
+            tables.drain(..2);
         }
-        tables.push(self.limit.residual_table());
-        let mut panels: Vec<_> = self.sample.map(|sample| threshold_panel(self, &sample)).into_iter().collect();
-        panels.extend(residual_panel(&self.limit));
+        let thresholds = self.sample.map(|sample| threshold_panel(self, &sample));
         Report {
             title: case.title.clone(),
             counts: vec![counts],
             answer: self.answer(request.level),
             notes: self.notes(case),
             tables,
-            page_tables: vec![self.threshold_table()],
-            panels,
+            panels: thresholds.into_iter().chain(residual_panel(&self.limit)).collect(),
         }
     }
 
@@ -262,36 +362,6 @@ impl V50Result {
         lines.push(format!("of that: sampling {sampling}, mesh and time step {numerical}, brackets {bracket}"));
         lines
     }
-
-    fn quantile_table(&self, level: f64) -> ReportTable {
-        let seen = |name: &str, end: usize| {
-            let velocity = self.sample.map(|sample| short(sample.range[end], 4));
-            vec![name.to_owned(), velocity.unwrap_or_default(), String::new(), String::new()]
-        };
-        let mut rows = vec![seen("V0, slowest seen", 0)];
-        rows.extend(self.limit.quantiles.iter().map(|of| quantile_row(format!("V{}", short(100.0 * of.p, 3)), of)));
-        rows.push(seen("V100, fastest seen", 1));
-        let foot = format!("{} % intervals of the sampling alone, likelihood ratio", short(100.0 * level, 3));
-        ReportTable::new("velocity by chance of a perforation", &["", "m/s", "low", "high"], 1, rows).foot(&foot)
-    }
-
-    fn threshold_table(&self) -> ReportTable {
-        let row = |(realisation, found): (usize, &Result<[f64; 2], String>)| {
-            let turned = if self.non_monotone.contains(&realisation) { "not monotone" } else { "" };
-            let [low, high, mark] = match found {
-                Ok([low, high]) => [short(*low, 6), short(*high, 6), turned.to_owned()],
-                Err(reason) => [String::new(), String::new(), reason.clone()],
-            };
-            vec![realisation.to_string(), low, high, mark]
-        };
-        let heads = ["realisation", "highest stop m/s", "lowest perforation m/s", ""];
-        ReportTable::new("thresholds", &heads, 0, self.thresholds.iter().enumerate().map(row))
-    }
-}
-
-/// Ending of a word for a count.
-fn plural(count: usize) -> &'static str {
-    if count == 1 { "" } else { "s" }
 }
 
 /// Shots that an up-and-down of one shot at each realisation would see: with known thresholds none has to be fired.
@@ -316,5 +386,51 @@ fn numerical(case: &Case, refinement: Option<&Refinement>, level: f64) -> f64 {
         (Numerics::Paper, _) => NUMERICAL_PAPER,
         (Numerics::Default, Accuracy::Converged) => NUMERICAL_CONVERGED,
         (Numerics::Default, Accuracy::Default) => NUMERICAL,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pairs_give_their_mean_ratio_and_students_interval() {
+        let pairs = [[100.0, 103.0], [200.0, 202.0], [50.0, 51.0], [80.0, 83.2]];
+        let Some(found) = Refinement::new(&pairs) else { unreachable!("there are pairs") };
+        assert!((found.ratio - 1.025).abs() < 1e-12 && found.count == 4);
+        let sigma = ((0.005_f64.powi(2) * 2.0 + 0.015_f64.powi(2) * 2.0) / 3.0).sqrt();
+        assert!((found.sigma - sigma).abs() < 1e-12, "{found:?}");
+        // Student's t of three degrees of freedom at 90 %: 2.353.
+        assert!((found.half_width(0.9) - 1.5 * 2.353_363 * sigma / 2.0).abs() < 1e-6, "{}", found.half_width(0.9));
+    }
+
+    #[test]
+    fn one_pair_has_a_ratio_alone() {
+        let found = Refinement::new(&[[180.0, 185.4]]);
+        assert_eq!(found.map(|found| (found.count, found.half_width(0.9))), Some((1, 0.0)));
+        // 180, 185.4, and 190.8 if the error is of first order: the middle of the last two, and half of what is between them.
+        assert!(found.is_some_and(|found| (180.0 * found.factor() - 188.1).abs() < 1e-9));
+        assert!(found.is_some_and(|found| (180.0 * found.open() - 2.7).abs() < 1e-9));
+        assert_eq!(Refinement::new(&[]), None);
+    }
+
+    #[test]
+    fn the_interval_of_the_mean_is_students() {
+        let thresholds = [181.0, 184.5, 190.2, 186.1, 179.4, 188.8, 185.0];
+        let Some(sample) = ThresholdSample::new(&thresholds, 0.0) else { unreachable!("there are thresholds") };
+        let half = student_t(0.9, 6) * sample.sigma / 7.0_f64.sqrt();
+        let bounds = sample.interval(0.5, 0.9);
+        let off = |end: Option<f64>, expected: f64| end.is_none_or(|end| (end - expected).abs() > 1e-5);
+        assert!(!off(bounds.low, sample.mean - half) && !off(bounds.high, sample.mean + half), "{bounds:?} {half}");
+        assert!(sample.interval(0.9, 0.9).high > bounds.high && sample.interval(0.5, 0.99).low < bounds.low);
+    }
+
+    #[test]
+    fn brackets_alone_are_no_scatter() {
+        let sample = ThresholdSample::new(&[99.5, 100.5, 99.5, 100.5], 2.0 * 3.0_f64.sqrt());
+        assert!(sample.is_some_and(|sample| sample.sigma < 0.6));
+        assert!(ThresholdSample::new(&[], 1.0).is_none());
+        let one = ThresholdSample::new(&[100.0], 1.0);
+        assert!(one.is_some_and(|one| one.interval(0.5, 0.9) == Bounds::default() && one.probability(101.0) == 1.0));
     }
 }

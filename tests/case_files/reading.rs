@@ -164,7 +164,7 @@ fn largest_edge(line: &str) -> f64 {
     }
     refused(at(too_large + 1e-6), "/projectile/edge_radius_mm", "room for");
     let body = Body::new(at(fits - 1e-9).unwrap().projectile.as_ref().unwrap());
-    assert!(body.is_ok(), "{line}: the reader accepts an edge of {fits} mm");
+    assert!(body.is_some(), "{line}: the reader accepts an edge of {fits} mm");
     fits
 }
 

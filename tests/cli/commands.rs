@@ -1,9 +1,9 @@
 //! `new`, `check`, `info`, `schema`, `crossover`, `bench`, `verify` and `completions`.
 
 use ripstop::output::checks::case_warnings;
-use ripstop::study::verify::CASES;
 
 use super::*;
+use crate::verify::names;
 
 /// Every projectile or fabric that `new` knows.
 fn known(bench: &Bench, flag: &str) -> Vec<String> {
@@ -133,37 +133,33 @@ fn crossover_meets_the_published_numbers_of_every_law_in_every_form() {
     assert!(table.contains("published law") && table.lines().count() >= 8, "{table}");
 }
 
-/// Time and error of a choice.
-fn point(choice: &Value) -> [f64; 2] {
-    ["loop_s", "velocity_error_percent"].map(|key| choice[key].as_f64().unwrap())
-}
-
 #[test]
 fn bench_measures_every_choice_and_names_the_cheapest_within_the_tolerance() {
-    let bench = Bench::new(&small());
-    let asked = ["bench", "shot.json", "--backend", "cpu", "--threads", "1", "--repeat", "2", "--tolerance", "50%"];
+    let mut case = small();
+    case["pack"] = json!({"width_mm": 17.8, "height_mm": 17.8});
+    let bench = Bench::new(&case);
+    let asked = ["bench", "shot.json", "--backend", "cpu", "--threads", "1", "--tolerance", "50%"];
     let output = bench.ripstop(&[&asked[..], &["--json"]].concat());
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     assert_eq!(bench.names("out/bench"), ["bench.json"]);
     let report = bench.json("out/bench/bench.json");
     assert_eq!(report, serde_json::from_str::<Value>(&stdout(&output)).unwrap());
-    assert_eq!((&report["threads"], &report["repeat"], &report["adapter"]), (&json!(1), &json!(2), &Value::Null));
+    assert_eq!((&report["threads"], &report["adapter"]), (&json!(1), &Value::Null));
     let case = &report["cases"][0];
     let reference = &case["reference"];
     assert_eq!((&reference["courant"], &reference["precision"]), (&json!(0.25), &json!("f64")));
     let scatter = reference["scatter_percent"].as_f64().unwrap();
     assert!(0.0 < scatter && scatter < 5.0, "{scatter}");
     let choices = case["choices"].as_array().unwrap();
+    let point = |choice: &Value| ["loop_s", "velocity_error_percent"].map(|key| choice[key].as_f64().unwrap());
     for one in choices {
         let [time, error] = point(one);
         assert!(time > 0.0 && error > 0.0 && error.is_finite(), "{one:#}");
-        assert_eq!(one["loop_s_of_each_run"].as_array().unwrap().len(), 2);
-        let end = one["end_error_percent"].as_f64().unwrap();
-        assert_eq!(one["within_tolerance"], json!(one["same_outcome"] == true && error <= 50.0 && end <= 50.0));
+        assert_eq!(one["within_tolerance"], json!(one["same_outcome"] == true && error <= 50.0));
     }
-    let named = |name: &str| choices.iter().find(|one| one["name"].as_str().unwrap().starts_with(name)).unwrap();
-    let error = |name: &str| point(named(name))[1];
-    assert!(error("mesh 4") > error("mesh 2") && error("mesh 2") > error("default"));
+    let named = |name: &str| choices.iter().find(|one| one["name"].as_str().unwrap().starts_with(name));
+    let error = |name: &str| point(named(name).unwrap())[1];
+    assert!(error("mesh 2") > error("default"));
     // Skips change nothing, single precision next to nothing.
     assert_eq!(error("no skip"), error("no symmetry"));
     assert!((error("no symmetry") / error("default") - 1.0).abs() < 1e-6);
@@ -171,10 +167,12 @@ fn bench_measures_every_choice_and_names_the_cheapest_within_the_tolerance() {
     let within = choices.iter().filter(|one| one["within_tolerance"] == true);
     let cheapest = within.min_by(|a, b| point(a)[0].total_cmp(&point(b)[0])).unwrap();
     assert_eq!(case["cheapest_within_tolerance"], cheapest["name"]);
+    // Fourteen crossovers are no whole number of elements of four.
+    assert!(named("mesh 4").is_none() && case["skipped"][0]["name"] == "mesh 4", "{}", case["skipped"]);
 }
 
 #[test]
-fn bench_has_the_paper_s_shot_built_in_and_leaves_out_meshes_that_do_not_divide() {
+fn bench_has_the_paper_s_shot_built_in() {
     let bench = Bench::new(&small());
     let shrunk = ["/pack/width_mm=17.8", "/pack/height_mm=17.8", "/solver/end_time_us=3"];
     let mut arguments = vec!["bench", "--backend", "cpu", "--out", "here", "--tolerance", "0.000001"];
@@ -184,8 +182,8 @@ fn bench_has_the_paper_s_shot_built_in_and_leaves_out_meshes_that_do_not_divide(
     for part in [
         "Kevlar 129 S-720, 1 ply, RCC at 155 m/s",
         "reference: CPU, f64, Courant 0.25",
-        "left out: mesh 4: 14 crossovers along the warp do not divide by 4",
-        "no choice has the reference's outcome and velocities and end within 0.0001 %",
+        "left out: mesh 4: the crossovers along warp or weft do not divide by 4",
+        "no choice has the reference's outcome and velocities within 0.0001 %",
         "files  here: bench.json",
     ] {
         assert!(stdout(&output).contains(part), "{part} in\n{}", stdout(&output));
@@ -195,8 +193,10 @@ fn bench_has_the_paper_s_shot_built_in_and_leaves_out_meshes_that_do_not_divide(
 #[cfg(unix)]
 #[test]
 fn bench_ends_at_ctrl_c_with_what_was_measured() {
-    let bench = Bench::new(&small());
-    let arguments = ["bench", "shot.json", "--backend", "cpu", "--repeat", "1000", "--quiet"];
+    let mut case = small_with("/solver/end_time_us", json!(5000));
+    case["solver"]["run_until"] = json!("end_time");
+    let bench = Bench::new(&case);
+    let arguments = ["bench", "shot.json", "--backend", "cpu", "--quiet"];
     let output = bench.interrupt(&arguments, "out/bench");
     assert_eq!(code(&output), 130, "{}", stderr(&output));
     let report = bench.json("out/bench/bench.json");
@@ -212,11 +212,14 @@ fn verify_has_a_row_for_each_expectation_of_each_case() {
     let rows = report["rows"].as_array().unwrap();
     assert!(report["pass"] == true && rows.iter().all(|row| row["pass"] == true && !row["got"].is_null()), "{rows:#?}");
     let quantities = |rows: &[&Value]| rows.iter().map(|row| row["quantity"].clone()).collect::<Vec<_>>();
-    for (name, text) in CASES {
-        let case: Value = serde_json::from_str(text).unwrap();
-        let of_case: Vec<&Value> = rows.iter().filter(|row| row["name"] == *name).collect();
-        let stated: Vec<&Value> = case["expect"].as_array().unwrap().iter().collect();
-        assert_eq!(quantities(&of_case), quantities(&stated), "{name}");
+    for folder in ["verify", "stress"] {
+        for name in names(folder).iter().map(|name| format!("{folder}/{name}")) {
+            let text = fs::read_to_string(format!("cases/{name}.json")).unwrap();
+            let case: Value = serde_json::from_str(&text).unwrap();
+            let of_case: Vec<&Value> = rows.iter().filter(|row| row["name"] == *name).collect();
+            let stated: Vec<&Value> = case["expect"].as_array().unwrap().iter().collect();
+            assert_eq!(quantities(&of_case), quantities(&stated), "{name}");
+        }
     }
 }
 

@@ -106,7 +106,7 @@ fn a_terminal_shows_bar_and_colour_unless_they_are_not_wanted() {
     let bench = Bench::new(&case);
     let run = "run shot.json --backend cpu --threads 1";
     let shown = on_a_terminal(&bench, run, "");
-    for part in ["/1500 µs", " m/s", " failed", " M/s", " left", "\u{1b}[1m", "PERFORATED"] {
+    for part in ["/1500 µs", " m/s", " yarns failed", " M/s", " left", "\u{1b}[1m", "PERFORATED"] {
         assert!(shown.contains(part), "{part:?} in\n{shown:?}");
     }
     for off in ["NO_COLOR=1", "CLICOLOR=0"] {

@@ -180,7 +180,7 @@ fn program(device: &'static Device) -> Outcome {
     for (key, expected) in [("backend", "gpu"), ("adapter", device.name()), ("precision", "f32")] {
         assert_eq!(gpu.2[key], expected);
     }
-    for same in ["terms", "case_hash", "steps", "elements", "time_step_us", "outcome", "assumed", "device_lost"] {
+    for same in ["case_hash", "steps", "elements", "time_step_us", "outcome", "assumed", "device_lost"] {
         assert_eq!(cpu.2[same], gpu.2[same], "{same}");
     }
     assert!(gpu.2["host_overhead_s"].as_f64().unwrap() <= gpu.2["loop_s"].as_f64().unwrap());

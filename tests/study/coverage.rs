@@ -3,10 +3,10 @@
 use rayon::prelude::*;
 use ripstop::num::link::Link;
 use ripstop::num::random::DrawKey;
-use ripstop::study::binary_response::fit;
+use ripstop::study::binary_response::{Outcomes, Shot, fit};
 use ripstop::study::interval::interval;
-use ripstop::study::outcomes::{Outcomes, Shot};
-use ripstop::study::threshold::{Rungs, ThresholdSample, bracket, middle};
+use ripstop::study::v50::{Rungs, bracket, middle};
+use ripstop::study::v50_result::ThresholdSample;
 
 /// Scatter of the thresholds [m/s]; V50 lies evenly between 480 and 520.
 const SIGMA: f64 = 20.0;

@@ -2,10 +2,9 @@
 
 use ripstop::num::link::Link;
 use ripstop::num::random::DrawKey;
-use ripstop::study::binary_response::{self as binary, Estimate, fit};
+use ripstop::study::binary_response::{self as binary, Estimate, Group, Outcomes, fit};
 use ripstop::study::interval::{Bounds, interval};
-use ripstop::study::outcomes::{Group, Outcomes, arithmetic_v50};
-use ripstop::study::residual_fit::{Passed, ResidualModel, residual_fit};
+use ripstop::study::limit::{Passed, ResidualModel, arithmetic_v50, residual_fit};
 
 use super::{GONOGO, NEYER, WU_TIAN, near, outcomes};
 

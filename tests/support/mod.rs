@@ -12,7 +12,25 @@ use ripstop::num::scalar::Scalar;
 use ripstop::physics::crossover;
 use ripstop::physics::crossover::Equilibrium;
 use ripstop::physics::unit_cell_parameters::UnitCellParameters;
-use ripstop::with_curve_law;
+
+/// Calls `$body` with `$law` bound to the kernel type of a [`CurveLaw`].
+macro_rules! with_curve_law {
+    ($which:expr, $law:ident => $body:expr) => {{
+        use ripstop::model::unit_cell_curve::CurveLaw;
+        match $which {
+            CurveLaw::Published => ripstop::with_law!(ripstop::case::Law::Published, $law => $body),
+            CurveLaw::Variational => ripstop::with_law!(ripstop::case::Law::Variational, $law => $body),
+            CurveLaw::Projected => {
+                type $law = ripstop::model::unit_cell_curve::Projected;
+                $body
+            }
+            CurveLaw::Kawabata => {
+                type $law = ripstop::model::unit_cell_curve::Kawabata;
+                $body
+            }
+        }
+    }};
+}
 
 /// Every law kernel there is.
 pub(crate) const LAWS: [CurveLaw; 4] =

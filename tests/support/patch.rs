@@ -6,9 +6,9 @@ use ripstop::num::scalar::Scalar;
 use ripstop::solver;
 use ripstop::solver::element_force::element_force;
 use ripstop::solver::element_totals::field as element;
-use ripstop::solver::element_totals::{ElementRow, ElementTotals, Extent};
-use ripstop::solver::gather::{Neighbours, gather};
+use ripstop::solver::element_totals::{ElementRow, ElementTotals};
 use ripstop::solver::node_update::field as node;
+use ripstop::solver::node_update::{Neighbours, gather};
 use ripstop::solver::state::{State, split, split_mut};
 use ripstop::with_law;
 use serde_json::json;
@@ -215,7 +215,6 @@ fn rows<S: Scalar>(model: &Model<S>, state: &mut State<S>, dt: f64) -> Vec<Eleme
         let (element, strain) = elements.row_mut(row).split_at_mut(element::COUNT * stride);
         let (element, strain) = (split_mut(element, stride), split_mut(strain, stride));
         let mut storage = ElementRow {
-            prefetch: [0; 2],
             below: split(nodes.row(row), nodes.stride),
             above: split(nodes.row(row + 1), nodes.stride),
             element,
@@ -225,11 +224,14 @@ fn rows<S: Scalar>(model: &Model<S>, state: &mut State<S>, dt: f64) -> Vec<Eleme
             height: ply_type.mesh.widths(row, 0)[1],
             width: &ply_type.columns.width,
             per_width: &ply_type.columns.per_width,
+            ahead: [0; 2],
+            range: 0..columns,
+            dt,
+            sample: true,
         };
         with_law!(ply_type.law, L => {
             let c = ply_type.constants::<S, L>();
-            let extent = Extent { shear: ply_type.has_shear, sample: true };
-            element_force::<S, L>(&c, &mut storage, 0..columns, dt, extent, totals);
+            element_force::<S, L>(&c, ply_type.has_shear, &mut storage, totals);
         });
     }
     all

@@ -10,10 +10,10 @@ use crate::model::Model;
 use crate::model::layup::{shoulder, unbroken_cells};
 use crate::model::mesh::Mesh;
 use crate::model::ply_type::PlyType;
-use crate::physics::element_geometry::ElementConstants;
-use crate::physics::mirror_planes::Cut;
+use crate::physics::kinematics::ElementConstants;
 use crate::physics::ply_contact;
 use crate::physics::projectile_shape::CORNERS;
+use crate::physics::rigid_body::Cut;
 use crate::physics::rigid_body::RigidBody;
 
 /// Bytes between the constants of two ply types.

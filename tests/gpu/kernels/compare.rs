@@ -14,10 +14,10 @@ use ripstop::model::layup;
 use ripstop::model::layup::{PENETRATING, SIDES, neighbour};
 use ripstop::num::simd::Vectors;
 use ripstop::solver;
-use ripstop::solver::active_region::ActiveRegion;
 use ripstop::solver::element_totals::field as element;
 use ripstop::solver::energy_balance::EnergyBalance;
 use ripstop::solver::node_update::field as node;
+use ripstop::solver::state::ActiveRegion;
 use ripstop::solver::state::State;
 use ripstop::solver::{Context, FailureEvent, StepTotals};
 

@@ -4,8 +4,8 @@ use nalgebra::Vector3;
 use ripstop::case::{self, Case};
 use ripstop::model::Model;
 use ripstop::model::layup::{PENETRATING, SIDES, neighbour};
-use ripstop::solver::active_region::ActiveRegion;
 use ripstop::solver::node_update::field as node;
+use ripstop::solver::state::ActiveRegion;
 use ripstop::solver::state::State;
 use serde_json::{Value, json};
 
@@ -289,7 +289,7 @@ fn rest(model: &Model<f32>, state: &mut State<f32>, random: &mut Random, [top, b
     for place in node_places(model) {
         put(model, state, place, &Vector3::zeros(), [0.0; 3]);
     }
-    state.active.fill(ActiveRegion::nothing());
+    state.active.fill(ActiveRegion::default());
     state.active[0] = ActiveRegion { rows: top..bottom, columns: left..right };
     for (row, column) in (top..bottom).flat_map(|row| (left..right).map(move |column| (row, column))) {
         let moved = Vector3::from(random.vector(1e-5));

@@ -2,10 +2,10 @@
 
 use ripstop::case::{Case, Edge, Grading, HitPlace, LinesFrom, Variability, YarnStrength};
 use ripstop::model::Model;
-use ripstop::solver::active_region::ActiveRegion;
 use ripstop::solver::element_force::BROKEN;
 use ripstop::solver::element_totals::field as element;
 use ripstop::solver::node_update::field as node;
+use ripstop::solver::state::ActiveRegion;
 use ripstop::solver::state::State;
 
 use super::packs::{self, Group};

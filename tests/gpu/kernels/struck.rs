@@ -4,9 +4,9 @@ use nalgebra::Vector3;
 use ripstop::case::{Along, Case, ContactSampling, Edge, Motion, Projectile, Rotation, Shape};
 use ripstop::model::Model;
 use ripstop::physics::rigid_body::RigidBody;
-use ripstop::solver::active_region::ActiveRegion;
 use ripstop::solver::node_update::field as node;
 use ripstop::solver::projectile_points::fabric_between;
+use ripstop::solver::state::ActiveRegion;
 use ripstop::solver::state::State;
 
 use super::packs::{self, Group};
@@ -163,7 +163,7 @@ fn struck((name, shape, groups, kinds, change): Struck) -> Scene {
     let mut body = model.projectile.clone().unwrap();
     let speed = body.velocity.norm();
     if is(Resting) {
-        state.active.fill(ActiveRegion::nothing());
+        state.active.fill(ActiveRegion::default());
     } else {
         state.reach_everything(&model);
         state.step = 40;
@@ -231,7 +231,7 @@ fn place_nodes(
         let mut at = reference;
         if !resting {
             at = wrapped(random, kinds, body, &reference);
-            at.z += fabric_between(model, state, ply, row, column);
+            at.z += fabric_between(model, state, [ply, row, column]);
         }
         let moved = mesh.to_ply((at - reference).into());
         let inverse = &model.ply_type(ply).row_mass(row).inverse;

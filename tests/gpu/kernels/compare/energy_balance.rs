@@ -93,7 +93,7 @@ impl Pair<'_> {
         let most =
             |which: usize| sums.chunks_exact(SUMS).map(|s| f64::from(f32::from_bits(s[which]))).fold(0.0, f64::max);
         let (own, balance) = (&self.balance, self.balance.balance());
-        let deflection = own.plies().iter().map(|ply| ply.deflection).fold(0.0, f64::max);
+        let deflection = own.plies.iter().map(|ply| ply.deflection).fold(0.0, f64::max);
         // The work that contact between plies adds to that of the membrane has its own sum on the device.
         let work = if self.scene.elements { own.work } else { 0.0 };
         let Scales { energy, force, length, node_momentum, speed, .. } = self.scales;

@@ -1,26 +1,13 @@
-use super::*;
-use crate::physics::projectile_shape::tests::Numbers;
+//! Contact between plies: feet of points on cells, walks, impulses and the tests that spare them.
 
-fn cell(twist: f64) -> [Vector3<f64>; 4] {
-    // A sheared, tilted cell; its last corner may be lifted out of the plane.
-    [[0.0, 0.0, 0.0], [2.0, 0.2, 0.4], [2.5, 1.2, 0.9], [0.5, 1.0, 0.5 + twist]].map(Vector3::from)
-}
+use nalgebra::Vector3;
+use ripstop::physics::ply_contact::*;
+use ripstop::physics::rigid_body::Cut;
 
-#[test]
-fn a_foot_is_found_where_the_point_was_put() {
-    for twist in [0.0, 0.05] {
-        let corner = cell(twist);
-        for at in [[0.0, 0.0], [0.3, -0.4], [-0.5, 0.5], [0.7, 0.1]] {
-            let on: Vector3<f64> = corner.iter().zip([0, 1, 2, 3]).map(|(c, i)| c * unclamped(at)[i]).sum();
-            let flat = closest_point(&corner, &on, 2.0, NO_PLANES).map(|f| f.normal).unwrap_or_default();
-            let found = closest_point(&corner, &(on + flat * 0.1), 2.0, NO_PLANES);
-            let Some(f) = found else { unreachable!("a sound cell") };
-            let allowed = 1e-12 + 0.1 * twist;
-            assert!((f.at[0] - at[0]).abs() < allowed && (f.at[1] - at[1]).abs() < allowed, "{at:?}: {f:?}");
-            assert!((f.height - 0.1).abs() < allowed, "{f:?}");
-            assert!(f.normal.z > 0.0);
-        }
-    }
+use crate::support::Random;
+
+fn vector(random: &mut Random, size: f64) -> Vector3<f64> {
+    random.vector(size).into()
 }
 
 fn unclamped([x, y]: [f64; 2]) -> [f64; 4] {
@@ -62,9 +49,9 @@ fn a_walk_stops_over_its_cell_and_at_the_edge() {
 
 #[test]
 fn corners_share_a_place_by_what_lies_across_and_what_is_beyond_an_edge_lies_on_it() {
-    let mut random = Random::new(45);
+    let mut random = Random(45);
     for _ in 0..200 {
-        let place = [random.next(), random.next()];
+        let place = [random.between(-1.0, 1.0), random.between(-1.0, 1.0)];
         let inside = place.map(|x| x.clamp(-0.5, 0.5));
         let got = weights(place);
         let corners = [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]];
@@ -119,34 +106,21 @@ fn a_point_is_apart_above_a_flat_cell_alone() {
     assert!(!is_apart(&flat(0.04), &above(0.37), 1.0, 0.3, 1.0));
 }
 
-/// Numbers between −1 and 1.
-struct Random(Numbers);
-
-impl Random {
-    fn new(seed: u32) -> Self {
-        Self(Numbers(seed))
-    }
-
-    fn next(&mut self) -> f64 {
-        self.0.unit()
-    }
-
-    fn vector(&mut self, size: f64) -> Vector3<f64> {
-        Vector3::from([0, 1, 2].map(|_| size * self.next()))
-    }
-}
-
 #[test]
 fn what_is_certainly_apart_is_apart() {
-    let mut random = Random::new(41);
+    let mut random = Random(41);
     let (mut certain, mut apart) = (0, 0);
     for at in 0..20_000 {
         let sign = if at % 2 == 0 { 1.0 } else { -1.0 };
-        let corner = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
-            .map(|[x, y]| Vector3::new(x, y, 0.0) + random.vector(0.04).component_mul(&Vector3::new(2.0, 2.0, 1.0)));
-        let point =
-            Vector3::new(0.5 + 0.6 * random.next(), 0.5 + 0.6 * random.next(), sign * (0.35 + 0.1 * random.next()));
-        let (touching, area) = (0.3, 1.0 + 0.1 * random.next());
+        let corner = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[x, y]| {
+            Vector3::new(x, y, 0.0) + vector(&mut random, 0.04).component_mul(&Vector3::new(2.0, 2.0, 1.0))
+        });
+        let point = Vector3::new(
+            0.5 + 0.6 * random.between(-1.0, 1.0),
+            0.5 + 0.6 * random.between(-1.0, 1.0),
+            sign * (0.35 + 0.1 * random.between(-1.0, 1.0)),
+        );
+        let (touching, area) = (0.3, 1.0 + 0.1 * random.between(-1.0, 1.0));
         let clearance = Clearance::<f32>::new(0.0, sign, [0.0; 2], touching);
         let arm = corner.map(|c| [(c.x - point.x) as f32, (c.y - point.y) as f32]);
         let gap = corner.map(|c| (sign * (point.z - c.z)) as f32);
@@ -172,13 +146,13 @@ fn parallelogram(
 
 #[test]
 fn the_foot_of_a_point_on_mirror_planes_lies_on_them() {
-    let mut random = Random::new(43);
+    let mut random = Random(43);
     for at in 0..4000 {
         // Across X, across Y, or both; the first edge of the cell lies on the plane, or the last.
         let on = [[true, false], [false, true], [true, true]][at % 3];
-        let ends = [0, 1].map(|_| random.next() > 0.0);
-        let mut edges = [Vector3::x() + random.vector(0.3), Vector3::y() + random.vector(0.3)];
-        let mut first = random.vector(2.0);
+        let ends = [0, 1].map(|_| random.between(-1.0, 1.0) > 0.0);
+        let mut edges = [Vector3::x() + vector(&mut random, 0.3), Vector3::y() + vector(&mut random, 0.3)];
+        let mut first = vector(&mut random, 2.0);
         for axis in 0..2 {
             if on[axis] {
                 edges[1 - axis][axis] = 0.0;
@@ -193,9 +167,9 @@ fn the_foot_of_a_point_on_mirror_planes_lies_on_them() {
         let place = [0, 1].map(|axis: usize| match (on[axis], ends[axis]) {
             (true, true) => 0.5,
             (true, false) => -0.5,
-            _ => 0.7 * random.next(),
+            _ => 0.7 * random.between(-1.0, 1.0),
         });
-        let height = 0.2 * random.next();
+        let height = 0.2 * random.between(-1.0, 1.0);
         let point = first + along * (place[0] + 0.5) + across * (place[1] + 0.5) + normal * height;
         let planes = [0, 1].map(|axis| on[axis].then_some(axis));
         let Some(foot) = closest_point(&corner, &point, 1.0, planes) else { unreachable!("a sound cell") };
@@ -215,12 +189,12 @@ fn the_foot_of_a_point_on_mirror_planes_lies_on_them() {
 
 #[test]
 fn beyond_its_edges_a_cell_is_as_far_as_the_nearest_of_them() {
-    let mut random = Random::new(44);
+    let mut random = Random(44);
     let mut seen = 0;
     for _ in 0..5000 {
-        let (along, across) = (Vector3::x() + random.vector(0.25), Vector3::y() + random.vector(0.25));
-        let corner = parallelogram(random.vector(1.0), along, across, Vector3::zeros());
-        let point = corner[0] + (along + across) * 0.5 + random.vector(1.5);
+        let (along, across) = (Vector3::x() + vector(&mut random, 0.25), Vector3::y() + vector(&mut random, 0.25));
+        let corner = parallelogram(vector(&mut random, 1.0), along, across, Vector3::zeros());
+        let point = corner[0] + (along + across) * 0.5 + vector(&mut random, 1.5);
         let Some(foot) = closest_point(&corner, &point, 1.0, NO_PLANES) else { unreachable!("a sound cell") };
         if foot.at.iter().all(|x| x.abs() <= 0.5) {
             continue;
