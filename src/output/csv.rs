@@ -74,11 +74,6 @@ pub fn find(name: &str) -> Option<&'static HistoryColumn> {
     COLUMNS.iter().find(|column| column.name == name)
 }
 
-/// A column at a time [s], linear between rows; `None` outside the history.
-pub fn at(history: &[Sample], column: &HistoryColumn, time: f64) -> Option<f64> {
-    between(history, time, |row| row.time, column.read)
-}
-
 /// A value at a time, linear between rows of ascending time; `None` outside them.
 pub(crate) fn between<T>(
     rows: &[T],
@@ -161,7 +156,7 @@ mod tests {
         let row = |time: f64, velocity: f64| Sample { time, projectile_velocity: velocity, ..Sample::default() };
         let history = [row(0.0, 100.0), row(1e-6, 90.0), row(3e-6, 80.0)];
         let velocity = find("projectile_velocity_m_s");
-        let read = |time: f64| velocity.and_then(|column| at(&history, column, time));
+        let read = |time: f64| velocity.and_then(|column| between(&history, time, |row| row.time, column.read));
         assert_eq!(read(0.0), Some(100.0));
         assert_eq!(read(3e-6), Some(80.0));
         assert!(read(2e-6).is_some_and(|v| (v - 85.0).abs() < 1e-9));

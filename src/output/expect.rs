@@ -106,7 +106,7 @@ fn at(name: &str, time: f64, run: &Run) -> Result<FoundValue, String> {
     let end = run.history.last().map_or(0.0, |row| row.time);
     // The last row may stand a rounding before the end asked for.
     let read = if time > end && time <= end + 1e-3 * run.time_step { end } else { time };
-    let value = csv::at(&run.history, column, read)
+    let value = csv::between(&run.history, read, |row| row.time, column.read)
         .ok_or_else(|| format!("the run ended at {:.3} µs; \"run_until\": \"end_time\" makes it go on", end * 1e6))?;
     Ok((json!(value), None))
 }

@@ -295,7 +295,12 @@ impl RunRecord {
 
     /// Results; what computed them is left to the backend.
     pub(crate) fn finish<S: Scalar>(self, model: &Model<S>, loop_seconds: f64) -> Run {
-        info!(steps = self.run.steps, seconds = loop_seconds, failed_yarns = self.failed().iter().sum::<u64>(), "loop ended");
+        info!(
+            steps = self.run.steps,
+            seconds = loop_seconds,
+            failed_yarns = self.failed().iter().sum::<u64>(),
+            "loop ended"
+        );
         let present = model.ply_types.iter().flat_map(|s| (0..2).filter(|i| s.present[*i]).map(|i| &s.cell.yarn[i]));
         let breaking = present.map(|yarn| yarn.stiffness * yarn.failure_strain.min(1.0));
         let weakest = breaking.fold(f64::INFINITY, f64::min);
