@@ -29,8 +29,6 @@ pub struct Recorder<'a> {
     folder: &'a Folder,
     case: &'a Case,
     frames: FrameCollector,
-    /// Steps done before frames on the disk that are no longer kept.
-    dropped: Vec<u64>,
     /// The run leaves checkpoints, the last of which may need what is dropped.
     checkpoints: bool,
     /// The folder of waiting files is this run's.
@@ -43,7 +41,7 @@ impl<'a> Recorder<'a> {
     /// Recorder of the frames that a case asks for. `checkpoints`: the run leaves some.
     pub fn new(folder: &'a Folder, case: &'a Case, checkpoints: bool) -> Self {
         let frames = FrameCollector::new(case, case.output.frames as usize);
-        Self { folder, case, frames, dropped: Vec::new(), checkpoints, begun: false, error: None }
+        Self { folder, case, frames, checkpoints, begun: false, error: None }
     }
 
     /// Recorder of a run that goes on from the checkpoint with this header, with the frames beside it. Where some are missing, the
@@ -102,10 +100,12 @@ impl<'a> Recorder<'a> {
     }
 
     /// Removes the files of dropped frames. Of a run with checkpoints the last one may need them until there is another.
-    pub fn discard(&mut self) {
-        for step in std::mem::take(&mut self.dropped) {
-            // What stays there goes with the folder.
-            parts(self.case).iter().for_each(|part| drop(fs::remove_file(self.waiting(part, step))));
+    pub fn discard(&self) {
+        let is_kept = |name: &str| self.frames.taken.keys().any(|step| name.ends_with(&format!("_{step:08}.vtu")));
+        for file in fs::read_dir(self.folder.path().join(SPOOL)).into_iter().flatten().flatten() {
+            if !is_kept(&file.file_name().to_string_lossy()) {
+                fs::remove_file(file.path()).ok(); // what stays there goes with the folder
+            }
         }
     }
 
@@ -145,11 +145,8 @@ impl Observer for Recorder<'_> {
     }
 
     fn on_snapshot(&mut self, view: &View<'_>) {
-        let waiting = |(step, (_, snapshot)): (&u64, &(f64, Option<Snapshot>))| snapshot.is_none().then_some(*step);
-        let before: Vec<u64> = self.frames.taken.iter().filter_map(waiting).collect();
         self.frames.on_snapshot(view);
-        self.dropped.extend(before.into_iter().filter(|step| !self.frames.taken.contains_key(step)));
-        if !self.checkpoints {
+        if self.begun && !self.checkpoints {
             self.discard();
         }
         let in_memory = self.frames.taken.values().filter_map(|(_, snapshot)| snapshot.as_ref());
