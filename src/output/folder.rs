@@ -345,7 +345,7 @@ impl<'a> CheckpointWriter<'a> {
     /// When it could not be written, in words; the one before is still there.
     pub fn write(&mut self, run: &dyn Checkpointable, followed: &[u8], loop_seconds: f64) -> Result<(), String> {
         let head = Header { spent: self.spent(loop_seconds), ..self.head.clone() };
-        let (time, folder) = (run.time(), self.folder);
+        let (time, folder) = (run.clock()[0], self.folder);
         self.tried = time;
         let write =
             || folder.replace(CHECKPOINT, |file| run.save(&head, followed, file)).map_err(|error| error.to_string());

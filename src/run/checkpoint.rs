@@ -30,8 +30,8 @@ const SUM: usize = 8;
 const AGAIN: &str = "run the case again";
 /// A run between two steps, which can be saved.
 pub trait Checkpointable {
-    /// Time of the positions [s].
-    fn time(&self) -> f64;
+    /// Time of the positions that the next step begins from, and time step [s].
+    fn clock(&self) -> [f64; 2];
     /// Writes a checkpoint. The header names the run; how far it has come is added. `observer`: state that the observer wants back.
     ///
     /// # Errors

@@ -301,10 +301,6 @@ impl Backend for DeviceSimulation<'_> {
         self.finished()
     }
 
-    fn clock(&self) -> [f64; 2] {
-        [self.time_of(self.next), self.dt()]
-    }
-
     fn record(&mut self) -> &mut RunRecord {
         &mut self.shot().record
     }
@@ -371,14 +367,14 @@ struct DeviceState<'a> {
 }
 
 impl Checkpointable for DeviceSimulation<'_> {
-    fn time(&self) -> f64 {
-        Backend::clock(self)[0]
+    fn clock(&self) -> [f64; 2] {
+        [self.time_of(self.next), self.dt()]
     }
 
     /// After the last step sent off, whose results must have been taken over; see [`DeviceSimulation::settle`].
     fn save(&self, header: &Header, observer: &[u8], to: &mut dyn Write) -> io::Result<()> {
         let Self { stepper, next, sampled, shots, .. } = self;
-        let [time, time_step] = Backend::clock(self);
+        let [time, time_step] = self.clock();
         let header = Header { step: *next, time, time_step, ..header.clone() };
         let bytes = |id: &BufferId| stepper.read(*id).map(|words| bytemuck::cast_slice(&words).to_vec());
         let state = DeviceState {

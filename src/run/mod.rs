@@ -351,11 +351,9 @@ pub fn run(
 }
 
 /// A run in progress, as the host loop drives it.
-trait Backend {
+trait Backend: Checkpointable {
     /// Whether the last step taken ends the run.
     fn is_finished(&self, case: &Case) -> bool;
-    /// Time of the positions that the next step begins from, and time step [s].
-    fn clock(&self) -> [f64; 2];
     /// Record of the run so far.
     fn record(&mut self) -> &mut RunRecord;
     /// Takes one step, or a batch of them. The observer sees the state before a step where that is due. True where there is progress to show.

@@ -108,10 +108,6 @@ impl<S: RunScalar> Backend for Simulation<S> {
         self.finished(case)
     }
 
-    fn clock(&self) -> [f64; 2] {
-        [self.time(), self.model.dt]
-    }
-
     fn record(&mut self) -> &mut RunRecord {
         &mut self.record
     }
@@ -173,8 +169,8 @@ struct SimulationState<'a, S: Clone> {
 type BodyMotion = ([f64; 3], [f64; 4], [f64; 3], [f64; 3]);
 
 impl<S: RunScalar> Checkpointable for Simulation<S> {
-    fn time(&self) -> f64 {
-        Self::time(self)
+    fn clock(&self) -> [f64; 2] {
+        [self.time(), self.model.dt]
     }
 
     fn save(&self, header: &Header, observer: &[u8], to: &mut dyn Write) -> io::Result<()> {
