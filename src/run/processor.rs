@@ -7,12 +7,11 @@ use std::sync::Arc;
 use nalgebra::{Quaternion, UnitQuaternion};
 use serde::{Deserialize, Serialize};
 
-use super::checkpoint::{self, Checkpoint, Checkpointable, Header};
+use super::checkpoint::{self, BackendId, Checkpoint, Checkpointable, Header};
 use super::record::RunRecord;
 use super::{Backend, Observer, Options, Run, RunError, RunScalar, Skips, View, outcome};
 use crate::case::Case;
-use crate::model::{Model, ModelError, layup};
-use crate::num::scalar::Scalar;
+use crate::model::{Model, ModelError};
 use crate::physics::rigid_body::RigidBody;
 use crate::solver::state::{ActiveRegion, State};
 use crate::solver::{self, Phase, StepTotals, Stepper, StepperState, Stopwatch};
@@ -107,10 +106,6 @@ impl<S: RunScalar> Backend for Simulation<S> {
         self.finished(case)
     }
 
-    fn clock(&self) -> [f64; 2] {
-        [self.time(), self.model.dt]
-    }
-
     fn record(&mut self) -> &mut RunRecord {
         &mut self.record
     }
@@ -172,8 +167,8 @@ struct SimulationState<'a, S: Clone> {
 type BodyMotion = ([f64; 3], [f64; 4], [f64; 3], [f64; 3]);
 
 impl<S: RunScalar> Checkpointable for Simulation<S> {
-    fn time(&self) -> f64 {
-        Self::time(self)
+    fn clock(&self) -> [f64; 2] {
+        [self.time(), self.model.dt]
     }
 
     fn save(&self, header: &Header, observer: &[u8], to: &mut dyn Write) -> io::Result<()> {
@@ -201,56 +196,23 @@ impl<S: RunScalar> Simulation<S> {
     /// # Errors
     /// When the case cannot become a model, or the checkpoint is not one of it.
     pub fn resume(case: &Case, checkpoint: &Checkpoint) -> Result<Self, RunError> {
+        let from: SimulationState<'_, S> = checkpoint.state(case, &BackendId::Cpu(S::PRECISION))?;
         let mut simulation = Self::with_skips(case, checkpoint.header.skips)?;
-        simulation.state.step = checkpoint.header.step;
-        checkpoint.state(|state| simulation.restore(state))?;
-        Ok(simulation)
-    }
-
-    /// Puts what varies into its place; names the part that does not fit the model.
-    fn restore(&mut self, from: SimulationState<'_, S>) -> Result<(), &'static str> {
-        let (model, state) = (&self.model, &mut self.state);
-        let within = |(ply, region): (usize, &ActiveRegion)| {
-            let whole = ActiveRegion::whole(&model.ply_type(ply).mesh);
-            region.rows.end <= whole.rows.end && region.columns.end <= whole.columns.end
-        };
-        let active = from.active.len() == model.plies.len() && from.active.iter().enumerate().all(within);
-        let checks = [
-            (from.record.fits(model), "results so far"),
-            (from.stepper.fits(model), "nodes near the projectile"),
-            (from.body.is_some() == state.body.is_some(), "motion of the projectile"),
-            (active, "active regions"),
-            (from.nodes.len() == state.nodes.data.len(), "nodes"),
-            (from.elements.len() == state.elements.data.len(), "elements"),
-            (from.over.len() == state.over.len() && is_over_elements(model, &from.over), "facing elements"),
-        ];
-        if let Some((_, part)) = checks.into_iter().find(|(fits, _)| !fits) {
-            return Err(part);
-        }
-        self.record = from.record.into_owned();
-        self.stepper.remember(model, from.stepper);
-        self.stepper.stopwatch = from.stopwatch.into_owned();
+        let Self { model, state, stepper, record, .. } = &mut simulation;
+        *record = from.record.into_owned();
+        stepper.remember(model, from.stepper);
+        stepper.stopwatch = from.stopwatch.into_owned();
         if let (Some(body), Some((position, orientation, velocity, angular_momentum))) = (&mut state.body, from.body) {
             body.position = position.into();
             // As it was, to the last bit: it is not brought to unit length again.
             body.orientation = UnitQuaternion::new_unchecked(Quaternion::from(orientation));
             (body.velocity, body.angular_momentum) = (velocity.into(), angular_momentum.into());
         }
+        state.step = checkpoint.header.step;
         state.active = from.active.into_owned();
         state.nodes.data.copy_from_slice(&from.nodes);
         state.elements.data.copy_from_slice(&from.elements);
         state.over = from.over.into_owned();
-        Ok(())
+        Ok(simulation)
     }
-}
-
-/// Whether every node faces an element that the neighbouring ply has.
-fn is_over_elements<S: Scalar>(model: &Model<S>, all: &[u32]) -> bool {
-    all.chunks(model.nodes_per_ply()).enumerate().all(|(at, part)| {
-        let count = layup::neighbour(at / layup::SIDES, at % layup::SIDES, model.plies.len()).map_or(1, |other| {
-            let mesh = &model.ply_type(other).mesh;
-            mesh.rows * mesh.columns
-        });
-        part.iter().all(|over| layup::element(*over) < count)
-    })
 }

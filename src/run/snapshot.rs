@@ -61,8 +61,20 @@ impl Snapshot {
 
     /// Frame of the whole scene.
     pub fn frame(&self) -> Frame {
-        let mut frame =
-            Frame { step: self.step, time: self.time, projectile: self.projectile, ..Frame::empty(&self.scene) };
+        let (nodes, elements) = (self.scene.reference.len(), self.scene.elements);
+        let zeros = || [(); 2].map(|()| vec![0.0; elements]);
+        let mut frame = Frame {
+            step: self.step,
+            time: self.time,
+            displacement: vec![[0.0; 3]; nodes],
+            velocity: vec![[0.0; 3]; nodes],
+            tension: zeros(),
+            strain: zeros(),
+            height: zeros(),
+            shear_angle: vec![0.0; elements],
+            alive: [(); 2].map(|()| vec![0; elements]),
+            projectile: self.projectile,
+        };
         (self.fill)(&self.scene, &mut frame);
         frame
     }
