@@ -3,7 +3,8 @@
 use crate::model::ply_type::PlyType;
 use crate::num::scalar::{Real, Scalar};
 #[cfg(not(feature = "quick-build"))]
-use crate::num::simd::{Pair, Vectors};
+use crate::num::simd::Pair;
+use crate::num::simd::Vectors;
 use crate::physics::kinematics::ElementConstants;
 use crate::solver::broad_phase::broad_phase;
 use crate::solver::element_force::element_force;
