@@ -151,11 +151,7 @@ pub(crate) struct BatchArguments {
   ripstop shots shot.json --count 1000 --velocity 150..250 -o out/limit --resume     # after Ctrl-C, kill or a full disk
   ripstop shots shot.json --velocity 150..250 -o out/limit --only 17                 # shot 17 alone, with its report
 
-What varies from shot to shot stands in /variability of the case; without it only the velocity does. A shot is a function of \
-case, seed and number: it does not depend on the others.
-
-DIR gets shots.csv (a row for each shot, appended as shots end; `ripstop fit` reads it), shots.json (the fit), shots.html and \
-plan.json.")]
+What varies from shot to shot stands in /variability of the case. DIR gets shots.csv, which `ripstop fit` reads, shots.json and shots.html.")]
 pub(crate) struct ShotsArguments {
     /// Shots
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000), required_unless_present = "only")]
@@ -190,11 +186,7 @@ pub(crate) struct ThresholdArguments {
   ripstop v50 cases/s720-1ply-scatter.json --until-width 3% -o out/limit
   ripstop v50 shot.json --json | jq .v50_m_s
 
-Every realisation of the case (same fabric, same hit) is shot at other velocities until its own threshold is known. What varies \
-stands in /variability; in a case without it there is one threshold. The interval holds sampling, mesh and time step, and says \
-what part each has.
-
-DIR gets v50.json, v50.csv (a row for each shot), v50-refined.csv (those on the converged mesh), v50.html and plan.json.")]
+What varies from shot to shot stands in /variability of the case. DIR gets v50.json, v50.csv, v50-refined.csv and v50.html.")]
 pub(crate) struct V50Arguments {
     #[command(flatten)]
     pub(crate) thresholds: ThresholdArguments,
@@ -212,10 +204,7 @@ pub(crate) struct V50Arguments {
   ripstop sweep shot.json --over /pack/plies=1,2,4,8 --over /projectile/velocity_m_s=100..300:20
   ripstop sweep shot.json --over /pack/plies=1,2,4,8 --run v50 -o out/limits
 
-Values are a list or a range with a step (A..B:STEP). Every case is read and checked before the first is computed.
-
-DIR gets sweep.csv (a row for each point), sweep.html (lines over the first key), sweep.json, plan.json, and in points/ what \
-`ripstop shots` or `ripstop v50` writes.")]
+DIR gets sweep.csv, sweep.html, sweep.json, and in points/ what `ripstop shots` or `ripstop v50` writes.")]
 pub(crate) struct SweepArguments {
     /// A key and its values; may be given again
     #[arg(long, value_name = "/POINTER=VALUES", required = true)]
@@ -244,11 +233,8 @@ pub(crate) enum SweepKind {
   ripstop fit shots.csv --link logit --level 95% -o out/limit
   ripstop fit shots.csv --json | jq '.quantiles[] | select(.p == 0.5)'
 
-DATA.csv has a heading and the columns velocity_m_s and perforated (1 where the projectile passed, 0 where it was \
-stopped), and if wanted count (shots that were alike) and residual_velocity_m_s. Other columns are left alone.
-
-Without a stop that was faster than a perforation the likelihood has no maximum: the estimate is then the one with Firth's \
-penalty, and says so. DIR gets fit.json, fit.svg and fit.html.")]
+DATA.csv has the columns velocity_m_s and perforated (1 where the projectile passed, 0 where it was stopped), and if wanted count \
+(shots that were alike) and residual_velocity_m_s.")]
 pub(crate) struct FitArguments {
     /// CSV of shots
     #[arg(value_name = "DATA.csv")]

@@ -210,29 +210,25 @@ const EXITS: [[&str; 4]; 5] = [
     [
         "0",
         "done",
-        "The command did what was asked; of a run, every expectation of the case holds. Warnings do not change the code.",
+        "Every expectation of the case holds. Warnings do not change the code.",
         "Nothing. `summary.json` lists the warnings.",
     ],
     [
         "1",
         "an expectation failed or the run became unstable",
-        "An `expect` of the case does not hold, a row of `verify` fails, or a run made numbers that cannot be: not finite, or energy \
-         that was never put in. The message says which, with step, kernel and place. Results up to there are written.",
-        "Expectation: compare what was expected with what was got. Unstable: lower /solver/courant; if that does not \
-         help, something in the case is extreme, and the place in the message shows where to look.",
+        "An `expect` of the case does not hold, a row of `verify` fails, or a run made numbers that cannot be. Results up to there are written.",
+        "Compare what was expected with what was got. Unstable: lower /solver/courant, and look at the place in the message.",
     ],
     [
         "2",
         "bad input or usage",
-        "The command line, the case or one of its files cannot be used, or results cannot be written. Nothing was computed, \
-         or nothing could be kept.",
+        "The command line, the case or one of its files cannot be used, or results cannot be written.",
         "Do what the `help:` line of the message says. `ripstop check CASE` shows every field, `ripstop schema` every key.",
     ],
     [
         "3",
         "no device for what was asked, or one that failed",
-        "No graphics adapter suits, the case does not fit its memory, or the device was lost on the way; then results up \
-         to there are written.",
+        "No graphics adapter suits, the case does not fit its memory, or the device was lost; then results up to there are written.",
         "Take --backend cpu. `ripstop info CASE` lists adapters and what the case needs.",
     ],
     [

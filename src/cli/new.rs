@@ -28,8 +28,7 @@ const NOTES: &str = "Lengths in mm, masses in g, times in us; every key ends in 
   ripstop new shot.json --fabric twaron-ct709 --plies 4 --projectile fsp-22 --velocity 350
   ripstop new shot.json --fabric my-fabric.json --projectile sphere:6.35 --velocity 300
 
-FILE holds every value with its source, and names ripstop.schema.json, written beside it: editors that know JSON Schema complete \
-and check as you type. --fabric and --projectile without a known name list what there is.")]
+--fabric and --projectile without a known name list what there is.")]
 pub(crate) struct NewArguments {
     /// Case file to write
     #[arg(value_name = "FILE")]

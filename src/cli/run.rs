@@ -31,9 +31,7 @@ use super::{backend, result, terminal};
   ripstop run shot.json --checkpoint-every 10     # then, after a crash: ripstop resume out/shot
   ripstop run shot.json --set '/pack/edges={\"left\":\"free\"}' --json | jq .residual_velocity_m_s
 
-DIR gets report.html (open it in a browser: verdict, trust, figures, playback), summary.json, \
-history.csv, events.csv, case.json (the case as run), shot.svg (a picture), plies.csv of a pack, \
-profiles.csv where the case asks for profiles, and frames.pvd where there are frames. \
+DIR gets report.html (open it in a browser), summary.json, history.csv, events.csv, case.json (the case as run), shot.svg and more. \
 The first Ctrl-C writes them up to that moment, the second ends at once.")]
 pub(crate) struct RunArguments {
     /// Case files, run one after the other; - is standard input
@@ -94,9 +92,7 @@ pub(crate) enum Skip {
   ripstop run shot.json --checkpoint-every 10
   ripstop resume out/shot
 
-The case, the backend, its number type and the skips are those of the run; so are all files, to the last bit, but
-for the time it took. Frames of the run so far lie in DIR/checkpoint.frames until it ends. The case in DIR must be the one that the run \
-began with. A run that has ended is left as it is.")]
+All files are those of an uninterrupted run, to the last bit, but for the time it took.")]
 pub(crate) struct ResumeArguments {
     /// Folder of the run
     #[arg(value_name = "DIR")]

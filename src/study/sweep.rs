@@ -70,19 +70,12 @@ fn steps(low: &str, rest: &str) -> Option<Vec<String>> {
     (step > 0.0 && high > low && count < MAX_POINTS as f64).then(|| (0..=count as usize).map(at).collect())
 }
 
-/// Values apart at commas, but for those inside brackets and quotes.
+/// Values apart at commas, as JSON where they all are that, else words.
 fn split(text: &str) -> Vec<String> {
-    let (mut depth, mut is_quoted) = (0_i32, false);
-    let at_comma = |c: char| {
-        match c {
-            '"' => is_quoted = !is_quoted,
-            '[' | '{' if !is_quoted => depth += 1,
-            ']' | '}' if !is_quoted => depth -= 1,
-            _ => {}
-        }
-        c == ',' && depth == 0 && !is_quoted
-    };
-    text.split(at_comma).map(|part| part.trim().to_owned()).filter(|part| !part.is_empty()).collect()
+    match serde_json::from_str::<Vec<Value>>(&format!("[{text}]")) {
+        Ok(values) => values.iter().map(Value::to_string).collect(),
+        Err(_) => text.split(',').map(|word| word.trim().to_owned()).filter(|word| !word.is_empty()).collect(),
+    }
 }
 
 /// All combinations of the values, the last factor fastest; each point has a value of every factor, as the case file would have it.
