@@ -1,10 +1,12 @@
-//! Refusal of a case: where, what was expected, what was found, and help; and the words for values, numbers, lists and JSON pointers.
+//! Refusals of a case: where, what was expected, what was found, and help; a document against the keys of the case file, everything that
+//! is wrong with it, before anything is read; and the words for values, numbers, lists and JSON pointers.
 
 use std::{fmt, iter};
 
-use serde_json::{Number, Value};
+use serde_json::Value;
 
-use super::set;
+use super::changes;
+use super::keys::{CASE, Key, accepts, expected, fits, keys, lookup, object, pointers, value_of, words};
 
 /// Refusal of a case.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -47,7 +49,7 @@ impl fmt::Display for CaseError {
 impl CaseError {
     /// The pointer of the change by `--set` that caused it.
     pub fn of_set(&self) -> Option<&str> {
-        self.location.strip_prefix(set::FLAG).map(str::trim_start)
+        self.location.strip_prefix(changes::FLAG).map(str::trim_start)
     }
 
     /// An error in a file, at a JSON pointer of it.
@@ -150,15 +152,6 @@ pub(super) fn millimetres(length: f64) -> String {
     format!("{} mm", short_number_text(length * 1e3))
 }
 
-/// A number as people write it: 0 and 155, not 0.0 and 155.0.
-pub(super) fn json_number(number: f64) -> Value {
-    if number.fract() == 0.0 && number.abs() < 1e15 {
-        Value::from(number as i64)
-    } else {
-        Number::from_f64(number).map_or(Value::Null, Value::Number)
-    }
-}
-
 /// A whole number that fits; 2.0 is one.
 pub(super) fn whole(value: &Value) -> Option<u32> {
     let number = value.as_f64().filter(|number| number.fract() == 0.0)?;
@@ -213,6 +206,180 @@ pub(super) fn unescape(part: &str) -> String {
     part.replace("~1", "/").replace("~0", "~")
 }
 
+/// Keys that are gone, or those of a key's words that are, and what to do instead.
+const REMOVED: [(&str, &str, &str); 4] = [
+    ("unit_cell", "", "leave \"unit_cell\" out: unit cells are solved in one way"),
+    ("law", "kawabata", "a case has no such law; `ripstop crossover --law kawabata` draws its curves"),
+    ("membrane_force", "projected", "leave \"membrane_force\" out: the force of a case is the yarn tension"),
+    ("modulus", "secant", "leave \"modulus\" out: the modulus of a case is the slope of the stress"),
+];
+
+/// Everything in a document that is not as its key says, in the order of the document.
+pub(super) fn check(document: &Value) -> Vec<CaseError> {
+    let mut errors = Vec::new();
+    check_object("", &CASE, document, &mut errors);
+    if let Some(given) = document.get("sources").filter(|given| given.is_object()) {
+        errors.extend(check_sources(given, "", document).err());
+    }
+    errors
+}
+
+fn check_object(pointer: &str, node: &'static Value, object: &Value, errors: &mut Vec<CaseError>) {
+    let keys = keys(node);
+    let mut meant = Vec::new();
+    for (name, value) in object.as_object().into_iter().flatten() {
+        let Some(key) = keys.iter().find(|key| key.name == name) else {
+            meant.extend(nearest(name, keys.iter().map(|key| key.name)));
+            errors.push(unknown(pointer, &keys, name));
+            continue;
+        };
+        let place = format!("{pointer}/{name}");
+        match misplaced(&place, key, value, &keys, object) {
+            Some(error) => errors.push(error),
+            None if key.is_nullable() && value.is_null() => {}
+            None => check_value(&place, key, value, errors),
+        }
+    }
+    // Who wrote a key wrong need not hear that it is missing.
+    let absent = |key: &&Key| object.get(key.name).is_none() && !meant.contains(&key.name);
+    for key in keys.iter().filter(absent).filter(|key| key.belongs(&keys, object) && key.is_missing(&keys, object)) {
+        let error = CaseError::at(format!("{pointer}/{}", key.name), expected(key.node), "nothing");
+        let instead = key.text("or").strip_prefix('/').map(|or| format!(", or {}", quote(or))).unwrap_or_default();
+        errors.push(error.help(format!("{}{instead} is required: {}", quote(key.name), key.text("description"))));
+    }
+    for members in keys.chunk_by(|one, other| one.text("group") == other.text("group")) {
+        let group = members[0].text("group");
+        if group.is_empty() || !members[0].belongs(&keys, object) {
+            continue;
+        }
+        let names = list(members.iter().map(|key| key.name));
+        let given: Vec<&str> = members.iter().map(|key| key.name).filter(|name| object.get(name).is_some()).collect();
+        match given[..] {
+            [] => errors.push(CaseError::at(pointer, format!("a {group}: {names}"), "none of them")),
+            [_] => {}
+            [_, second, ..] => {
+                let (place, found) = (format!("{pointer}/{second}"), format!("{} of them", given.len()));
+                errors.push(CaseError::at(place, format!("one {group}: {names}"), found));
+            }
+        }
+    }
+}
+
+/// Checks a value, and the keys below it.
+fn check_value(place: &str, key: &Key, value: &Value, errors: &mut Vec<CaseError>) {
+    let items = fits(key.node, value).filter(|_| key.node["type"] == "array").into_iter().flatten().enumerate();
+    if !accepts(key.node, value) {
+        let wrong = items.clone().find(|(_, item)| !accepts(&key.node["items"], item));
+        errors.push(wrong.map_or_else(
+            || mismatch(key, value, place),
+            |(index, item)| CaseError::at(format!("{place}/{index}"), expected(&key.node["items"]), describe(item)),
+        ));
+    } else if value.is_object() && object(key.node).is_some() {
+        check_object(place, key.node, value, errors);
+    } else {
+        for (index, item) in items.filter(|(_, item)| item.is_object()) {
+            check_object(&format!("{place}/{index}"), key.node, item, errors);
+        }
+    }
+}
+
+/// The error of a value that may not stand at its key.
+fn mismatch(key: &Key, value: &Value, place: &str) -> CaseError {
+    let text = value.as_str().unwrap_or_default();
+    let first = key.node["anyOf"].get(0).unwrap_or(key.node);
+    let help = match key.node["type"].as_str() {
+        _ if first.get("enum").is_some() && !text.is_empty() => {
+            let near = || nearest(text, words(first)).map(|near| format!("did you mean {}?", quote(near)));
+            removed(key.name, text).map(str::to_owned).or_else(near)
+        }
+        Some("number" | "integer") if text.parse::<f64>().is_ok_and(f64::is_finite) => {
+            Some("write the number without quotes".to_owned())
+        }
+        None if key.node["anyOf"][1].get("pattern").is_some() && !text.is_empty() => {
+            Some("for example \"1%\"".to_owned())
+        }
+        Some("number") if value.as_f64().is_some_and(|number| number > 0.0) => {
+            key.node["help"].as_str().map(str::to_owned)
+        }
+        _ => None,
+    };
+    CaseError { help, ..CaseError::at(place, expected(key.node), describe(value)) }
+}
+
+/// Help for a key, or a word of it, that is gone.
+fn removed(key: &str, word: &str) -> Option<&'static str> {
+    REMOVED.iter().find(|gone| (gone.0, gone.1) == (key, word)).map(|(.., instead)| *instead)
+}
+
+/// The error of a key that does not belong beside what the others say, or lacks the one that belongs with it.
+fn misplaced(place: &str, key: &Key, value: &Value, keys: &[Key], object: &Value) -> Option<CaseError> {
+    if let Some((other, values)) = key.condition("only").filter(|_| !key.belongs(keys, object)) {
+        let found = value_of(other, keys, object).unwrap_or_default();
+        let expected = format!("no {} where {} is {}", quote(key.name), quote(other), quote(&found));
+        let help = format!("it belongs where {} is {}", quote(other), list(values));
+        return Some(CaseError::at(place, expected, describe(value)).help(help));
+    }
+    let with = key.text("with");
+    if !with.is_empty() && object.get(with).is_none() {
+        let expected = format!("{} and {} together, or none of them", quote(key.name), quote(with));
+        return Some(CaseError::at(place, expected, format!("only {}", quote(key.name))));
+    }
+    None
+}
+
+/// The error of an unknown key. The nearest one comes first; the others are many, and the schema has them.
+fn unknown(pointer: &str, keys: &[Key], name: &str) -> CaseError {
+    let object = if pointer.is_empty() { "the case" } else { pointer };
+    let near = nearest(name, keys.iter().map(|key| key.name));
+    // A key of this object without its unit is meant before one of another object.
+    let without_unit = near.is_some_and(|near| near.strip_prefix(name).is_some_and(|unit| unit.starts_with('_')));
+    let elsewhere = pointers().into_iter().find(|pointer| pointer.rsplit('/').next() == Some(name));
+    let expected = match (near, keys.len()) {
+        (Some(near), 1) => format!("{}, the one key of {object}", quote(near)),
+        (Some(near), count) => format!("{} or another of the {count} keys of {object}", quote(near)),
+        (None, _) => format!("no key: {object} has none"),
+    };
+    let help = match (removed(name, ""), elsewhere.filter(|_| !without_unit), near) {
+        (Some(instead), ..) => instead.to_owned(),
+        (None, Some(pointer), _) => format!("{} belongs at {pointer}", quote(name)),
+        (None, None, Some(near)) => format!("did you mean {}? `ripstop schema` lists every key", quote(near)),
+        (None, None, None) => format!("leave {} out", quote(name)),
+    };
+    let location = format!("{pointer}/{}", escape(name));
+    CaseError::at(location, expected, format!("unknown key {}", quote(name))).help(help)
+}
+
+/// Refuses a source that is no text or whose pointer names nothing; `base` is where `document` stands in a case.
+pub(super) fn check_sources(sources: &Value, base: &str, document: &Value) -> Result<(), CaseError> {
+    let Value::Object(sources) = sources else {
+        return Err(CaseError::at("/sources", "an object of JSON pointers and texts", describe(sources)));
+    };
+    for (pointer, text) in sources {
+        let location = format!("/sources/{}", escape(pointer));
+        if !text.is_string() {
+            return Err(CaseError::at(location, "text", describe(text)));
+        }
+        if lookup(&format!("{base}{pointer}")).is_none() && document.pointer(pointer).is_none() {
+            let pointers = pointers();
+            let inside = pointers.iter().filter(|known| is_at_or_below(known, base)).map(|known| &known[base.len()..]);
+            let error = CaseError::at(location, "the JSON pointer of a field", quote(pointer));
+            let near = nearest(pointer, inside.filter(|pointer| !pointer.is_empty()));
+            return Err(CaseError { help: near.map(|near| format!("did you mean {}?", quote(near))), ..error });
+        }
+    }
+    Ok(())
+}
+
 #[cfg(test)]
-#[path = "error_tests.rs"]
-mod tests;
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_nearest_key_is_the_one_meant() {
+        let keys = ["mass_g", "velocity_m_s", "standoff_mm", "yaw_deg", "growth_ratio"];
+        let meant = ["mass_gg", "velocity", "stand_off_mm", "yaw", "growth"].map(|word| nearest(word, keys));
+        assert_eq!(meant, keys.map(Some));
+        assert_eq!(nearest("veloctiy_m_s", keys), Some("velocity_m_s"));
+        assert_eq!(nearest("x", []), None);
+    }
+}

@@ -1,11 +1,21 @@
-//! One woven fabric.
+//! One woven fabric: its keys, and the files that keep them. `/fabric` is that of every ply, `/pack/layup/N/fabric` that of plies that
+//! have their own; in the place of each may stand `{"file": …}`.
+
+use std::iter::once;
+use std::path::{Component, Path};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer};
+use serde_json::{Map, Value, json};
 
-use super::CaseError;
+use super::error::{check_sources, describe, escape, index, is_at_or_below, quote};
 use super::keys::{WordOr, choices};
+use super::pack::{LAYUP, MAX_PLIES};
 use super::provenance::Provenance;
+use super::{CaseError, changes, read};
+
+/// Pointer of the fabric of every ply that has none of its own.
+const COMMON: &str = "/fabric";
 
 /// Least b over a of (21) [N^(1/3)]: its cube is the force at which a crossover begins to stiffen, and has to be a number in single precision.
 const LEAST_COMPRESSION: f64 = 1e-6;
@@ -246,29 +256,32 @@ impl Fabric {
         }
         let per_area = |yarn: &Yarn, other: &Yarn| yarn.linear_density * (1.0 + yarn.crimp) * other.count;
         let sum = per_area(warp, weft) + per_area(weft, warp);
-        let assumed = ["/warp", "/weft"].iter().any(|yarn| record.is_any_assumed(&at(yarn)));
+        let assumed = record.is_assumed(&at("/warp")) || record.is_assumed(&at("/weft"));
         record.fill(&at("/areal_density_g_m2"), &mut self.areal_density, sum, "", assumed);
         self.crossover.complete(&at("/crossover/compression"))?;
         // The thickness may stand with the fabric or with its shear; both must agree.
         let [of_fabric, of_shear] = [at("/thickness_mm"), at("/shear/thickness_mm")];
-        if record.has(&of_shear) {
-            let (own, given) = (record.number(&of_shear), record.number(&of_fabric));
-            if record.has(&of_fabric) && own != given {
-                let error = CaseError::at(of_shear, format!("the thickness at {of_fabric}"), own);
+        match record.si(&of_shear) {
+            Some(own) if record.has(&of_fabric) && own != self.thickness => {
+                let expected = format!("the thickness at {of_fabric}");
+                let error = CaseError::at(&of_shear, expected, record.value(&of_shear));
                 return Err(error.help("give one of the two: a fabric has one thickness"));
             }
-            let own = record.si(&of_shear);
-            record.fill(&of_fabric, &mut self.thickness, own, "shear's thickness_mm", record.is_assumed(&of_shear));
-        } else if self.shear.is_some() {
-            record.derive(&of_shear, self.thickness, "", record.is_assumed(&of_fabric));
+            Some(own) => {
+                let assumed = record.is_assumed(&of_shear);
+                record.fill(&of_fabric, &mut self.thickness, own, "shear's thickness_mm", assumed);
+            }
+            None if self.shear.is_some() => {
+                record.derive(&of_shear, self.thickness, "", record.is_assumed(&of_fabric));
+            }
+            None => {}
         }
         let Some(Shear { g1, g2, gamma1, gamma2, .. }) = self.shear else { return Ok(()) };
-        for (low, high, ordered) in [("g1_mpa", "g2_mpa", g1 <= g2), ("gamma1", "gamma2", gamma1 <= gamma2)] {
-            if !ordered {
-                let [low, above] = [low, high].map(|key| at(&format!("/shear/{key}")));
-                let expected = format!("at most {high}, which is {}", record.value(&above));
-                return Err(CaseError::at(&low, expected, record.value(&low)));
-            }
+        let pairs = [("g1_mpa", g1, "g2_mpa", g2, "MPa"), ("gamma1", gamma1, "gamma2", gamma2, "rad")];
+        if let Some((low, _, high, _, unit)) = pairs.into_iter().find(|(_, low, _, high, _)| low > high) {
+            let value = |key: &str| format!("{} {unit}", record.value(&at(&format!("/shear/{key}"))));
+            let expected = format!("at most {high}, which is {}", value(high));
+            return Err(CaseError::at(at(&format!("/shear/{low}")), expected, value(low)));
         }
         Ok(())
     }
@@ -278,20 +291,178 @@ impl Crossover {
     /// Checks the compression, whose keys stand at the pointer `at`; constants that are both 0 are those of a rigid crossover.
     fn complete(&mut self, at: &str) -> Result<(), CaseError> {
         let Some(Compression { a, b }) = self.compression else { return Ok(()) };
-        match (a > 0.0, b > 0.0) {
-            (true, true) if b < LEAST_COMPRESSION * a => {
-                let expected = format!("b_mm_n13 at least {LEAST_COMPRESSION:e} of a_mm, or both 0");
-                let error = CaseError::at(at, expected, format!("{:e} of it", b / a));
-                return Err(error.help("at the first touch such a crossover would be softer than numbers can tell"));
+        let (expected, found, help) = match (a > 0.0, b > 0.0) {
+            (true, true) if b < LEAST_COMPRESSION * a => (
+                format!("b_mm_n13 at least {LEAST_COMPRESSION:e} of a_mm, or both 0"),
+                format!("{:e} of it", b / a),
+                "at the first touch such a crossover would be softer than numbers can tell",
+            ),
+            (true, true) => return Ok(()),
+            (false, false) => {
+                self.compression = None;
+                return Ok(());
             }
-            (true, true) => {}
-            (false, false) => self.compression = None,
-            (a_positive, _) => {
-                let found = if a_positive { "b_mm_n13 = 0 with a_mm > 0" } else { "a_mm = 0 with b_mm_n13 > 0" };
-                let error = CaseError::at(at, "a_mm and b_mm_n13 both above 0, or both 0", found);
-                return Err(error.help("write \"compression\": \"rigid\" for a crossover without compression"));
-            }
-        }
-        Ok(())
+            (a_positive, _) => (
+                "a_mm and b_mm_n13 both above 0, or both 0".to_owned(),
+                if a_positive { "b_mm_n13 = 0 with a_mm > 0" } else { "a_mm = 0 with b_mm_n13 > 0" }.to_owned(),
+                "write \"compression\": \"rigid\" for a crossover without compression",
+            ),
+        };
+        Err(CaseError::at(at, expected, found).help(help))
     }
+}
+
+/// A fabric that comes with ripstop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum BuiltInFabric {
+    /// Kevlar 129, 1420 denier, 20 per inch, 255 g/m²: the paper's first.
+    S720,
+    /// Kevlar 129, 1500 denier, 17 per inch, 231 g/m²: the paper's second.
+    S728,
+    /// Twaron CT 612, 550 dtex, 11 per cm, 121 g/m²; mostly assumed.
+    TwaronCt612,
+    /// Twaron CT 709, 930 dtex, 10.5 per cm, 200 g/m²; moduli and crimp are assumed.
+    TwaronCt709,
+}
+
+impl BuiltInFabric {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::S720, Self::S728, Self::TwaronCt612, Self::TwaronCt709];
+
+    /// Name of the fabric in a case.
+    pub fn file(self) -> &'static str {
+        match self {
+            Self::S720 => "fabrics/s-720.json",
+            Self::S728 => "fabrics/s-728.json",
+            Self::TwaronCt612 => "fabrics/twaron-ct612.json",
+            Self::TwaronCt709 => "fabrics/twaron-ct709.json",
+        }
+    }
+
+    /// Keys and values of the fabric, with their sources, as JSON.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::S720 => include_str!("../../cases/fabrics/s-720.json"),
+            Self::S728 => include_str!("../../cases/fabrics/s-728.json"),
+            Self::TwaronCt612 => include_str!("../../cases/fabrics/twaron-ct612.json"),
+            Self::TwaronCt709 => include_str!("../../cases/fabrics/twaron-ct709.json"),
+        }
+    }
+}
+
+/// The text of a fabric that is built into the program, by its name in a case: `fabrics/s-720.json`.
+pub fn builtin_fabric(file: &str) -> Option<&'static str> {
+    BuiltInFabric::ALL.into_iter().find(|fabric| fabric.file() == file).map(BuiltInFabric::text)
+}
+
+/// The fabric that a pointer names or reaches into.
+pub(super) fn around(pointer: &str) -> Option<&str> {
+    let group = pointer.strip_prefix(LAYUP).and_then(|rest| rest.strip_prefix('/')?.split_once('/'));
+    let start = match group {
+        Some((group, _)) => index(group).map(|_| LAYUP.len() + 1 + group.len())?,
+        None => 0,
+    };
+    is_at_or_below(&pointer[start..], COMMON).then(|| &pointer[..start + COMMON.len()])
+}
+
+/// Whether a pointer names the layup or one of its groups.
+pub(super) fn holds_fabrics(pointer: &str) -> bool {
+    let group = |rest: &str| rest.strip_prefix('/').is_some_and(|group| index(group).is_some());
+    pointer.strip_prefix(LAYUP).is_some_and(|rest| rest.is_empty() || group(rest))
+}
+
+/// Gives the group whose fabric stands at `place` a copy of the common fabric, with its sources, where it has none of its own.
+pub(super) fn make_own(document: &mut Value, place: &str) {
+    let Some(common) = document.get("fabric").cloned() else { return };
+    match document.pointer_mut(place.strip_suffix(COMMON).unwrap_or_default()) {
+        Some(Value::Object(group)) if place != COMMON && !group.contains_key("fabric") => {
+            group.insert("fabric".to_owned(), common);
+        }
+        _ => return,
+    }
+    let Some(sources) = changes::sources(document) else { return };
+    // Else a source of the pack would seem to be one of the fabric.
+    let whole = sources.get(COMMON).or(sources.get("")).cloned().unwrap_or_else(|| json!("case file"));
+    let inside = |(pointer, text): (&String, &Value)| Some((pointer.strip_prefix(COMMON)?.to_owned(), text.clone()));
+    let inside: Vec<_> = sources.iter().filter_map(inside).filter(|(inside, _)| inside.starts_with('/')).collect();
+    for (inside, text) in inside.into_iter().chain(once((String::new(), whole))) {
+        sources.entry(format!("{place}{inside}")).or_insert(text);
+    }
+}
+
+/// Puts the fabrics of files in `folder`, or of those built in, in place of their names; returns place and file of each that was read.
+pub(super) fn inline(document: &mut Value, folder: Option<&Path>) -> Result<Vec<(String, String)>, CaseError> {
+    let mut inlined = Vec::new();
+    // A longer layup will be refused: no need to read its files.
+    let count = document.pointer(LAYUP).and_then(Value::as_array).map_or(0, Vec::len).min(MAX_PLIES as usize);
+    let own = (0..count).map(|index| format!("{LAYUP}/{index}{COMMON}"));
+    for place in once(COMMON.to_owned()).chain(own) {
+        let Some(stands) = document.pointer_mut(&place) else { continue };
+        let Some(name) = file_name(stands, &place)?.map(str::to_owned) else { continue };
+        let (file, text) = text_of(&name, folder, &place)?;
+        let fabric = read::parse(&text).and_then(|fabric| own_sources(fabric, &name, &place));
+        let (fabric, own) = fabric.map_err(|error| error.in_file(&file))?;
+        *stands = fabric;
+        // What the case itself says about a fabric holds over what the file says.
+        let Some(sources) = changes::sources(document) else { continue };
+        let of_case: Vec<String> = sources.keys().filter(|pointer| is_at_or_below(pointer, &place)).cloned().collect();
+        sources.extend(own.into_iter().filter(|(own, _)| !of_case.iter().any(|above| is_at_or_below(own, above))));
+        inlined.push((place, file));
+    }
+    Ok(inlined)
+}
+
+/// The name in `{"file": name}`; `None` for a fabric written out in the case.
+fn file_name<'a>(fabric: &'a Value, place: &str) -> Result<Option<&'a str>, CaseError> {
+    if fabric.is_array() {
+        let error = CaseError::at(place, "one fabric", "a list of fabrics");
+        return Err(error.help("plies of different fabrics are listed in /pack/layup, one fabric in each item"));
+    }
+    let Some((map, file)) = fabric.as_object().and_then(|map| Some((map, map.get("file")?))) else { return Ok(None) };
+    if let Some(other) = map.keys().find(|key| *key != "file") {
+        let location = format!("{place}/{}", escape(other));
+        let error = CaseError::at(location, "\"file\" alone", format!("{} beside it", quote(other)));
+        return Err(error.help("write the fabric out in the case to change it, or use --set"));
+    }
+    let wrong = || CaseError::at(format!("{place}/file"), "the name of a file", describe(file));
+    file.as_str().map(Some).ok_or_else(wrong)
+}
+
+/// The name of a file as errors say it, and its text. The file must lie inside the case's folder, links followed.
+fn text_of(name: &str, folder: Option<&Path>, place: &str) -> Result<(String, String), CaseError> {
+    let refused = |expected: &str, found: String| CaseError::at(format!("{place}/file"), expected, found);
+    let Some(folder) = folder else {
+        let help = "a case without a file of its own cannot name a fabric file; write it out";
+        let text = builtin_fabric(name).ok_or_else(|| refused("a fabric that is built in", quote(name)).help(help))?;
+        return Ok((format!("{name} (built in)"), text.to_owned()));
+    };
+    let outside = |why: &str| refused("a file inside the case's folder", format!("{}, {why}", quote(name)));
+    let beside = "copy the fabric file beside the case";
+    if Path::new(name).is_absolute() {
+        return Err(outside("an absolute path").help("name it relative to the case's folder"));
+    }
+    let is_inside = |part: Component<'_>| matches!(part, Component::Normal(_) | Component::CurDir);
+    if !Path::new(name).components().all(is_inside) || name.is_empty() {
+        return Err(outside("which leaves the folder").help(beside));
+    }
+    let canonical = |path: &Path| path.canonicalize().map_err(|error| outside(&error.to_string()));
+    let path = canonical(&folder.join(name))?;
+    if !path.starts_with(canonical(folder)?) {
+        return Err(outside("a link that leaves the folder").help(beside));
+    }
+    let file = folder.join(name).display().to_string();
+    let text = read::text_of_file(&path).map_err(|error| error.in_file(&file))?;
+    Ok((file, text))
+}
+
+/// A fabric file without its `sources`, and these as pointers of a case with the fabric at `place`.
+fn own_sources(mut fabric: Value, name: &str, place: &str) -> Result<(Value, Map<String, Value>), CaseError> {
+    let Value::Object(keys) = &mut fabric else {
+        return Err(CaseError::at("line 1, column 1", "an object with the keys of \"fabric\"", describe(&fabric)));
+    };
+    let own = keys.shift_remove("sources").unwrap_or_else(|| json!({}));
+    check_sources(&own, COMMON, &fabric)?;
+    let own = own.as_object().into_iter().flatten().map(|(pointer, text)| (format!("{place}{pointer}"), text.clone()));
+    Ok((fabric, once((place.to_owned(), Value::from(name))).chain(own).collect()))
 }

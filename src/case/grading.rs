@@ -84,41 +84,38 @@ impl GradingKeys {
         record: &Provenance,
     ) -> Result<Option<Grading>, CaseError> {
         let at = |key: &str| format!("/pack/mesh_grading{key}");
+        if given.is_none() {
+            record.derive_text(&at(""), if graded { "graded" } else { "none" }, "", false);
+        }
         let keys = match given {
-            None => {
-                record.derive_text(&at(""), if graded { "graded" } else { "none" }, "", false);
-                if graded { record.defaults(&at(""))? } else { return Ok(None) }
-            }
-            Some(WordOr::Word(GradingWord::None)) => return Ok(None),
-            Some(WordOr::Word(GradingWord::Graded)) => record.defaults(&at(""))?,
             Some(WordOr::Keys(keys)) => keys,
+            Some(WordOr::Word(GradingWord::Graded)) => record.defaults(&at(""))?,
+            None if graded => record.defaults(&at(""))?,
+            None | Some(WordOr::Word(GradingWord::None)) => return Ok(None),
         };
         let fine = match (keys.fine_radius, projectile) {
             (Some(radius), _) => radius,
             (None, Some(projectile)) => record.derive(&at("/fine_radius_mm"), fine_radius(projectile), "", false),
             (None, None) => {
-                let error =
-                    CaseError::at(at("/fine_radius_mm"), "a radius", "nothing, and no projectile to take it from");
-                return Err(
-                    error.help("give fine_radius_mm: without a projectile the mesh is fine around the pack's centre")
-                );
+                let found = "nothing, and no projectile to take it from";
+                let help = "give fine_radius_mm: without a projectile the mesh is fine around the pack's centre";
+                return Err(CaseError::at(at("/fine_radius_mm"), "a radius", found).help(help));
             }
         };
         let coarsest = f64::from(keys.max_crossovers);
         if coarsest < side {
-            let expected = format!(
-                "at least the crossovers along a side of the finest (crossovers_per_element), which are {side}"
-            );
+            let finest = "the crossovers along a side of the finest (crossovers_per_element), which are";
+            let expected = format!("at least {finest} {side}");
             return Err(CaseError::at(at("/max_crossovers"), expected, coarsest.to_string()));
         }
-        let along_bar = |axis: usize| match projectile.map(|p| p.shape) {
-            Some(Shape::Bar { along, .. }) if along as usize == axis => f64::INFINITY,
-            _ => fine,
-        };
+        let mut fine = [fine; 2];
+        if let Some(Shape::Bar { along, .. }) = projectile.map(|p| p.shape) {
+            fine[along as usize] = f64::INFINITY;
+        }
         Ok(Some(Grading {
             hit: projectile.map_or([0.0; 2], |p| p.offset),
             way: [0.0; 2],
-            fine: [along_bar(0), along_bar(1)],
+            fine,
             growth_ratio: keys.growth_ratio,
             max_size: coarsest / side,
             lines_from: keys.lines_from,
@@ -149,13 +146,8 @@ impl Grading {
     /// From where to where elements are fine along the axes of a ply whose warp lies at the angle with this cosine and sine [m].
     fn range(&self, [c, s]: [f64; 2]) -> [[f64; 2]; 2] {
         let (from, way) = (turned([c, s], self.hit), turned([c, s], self.way));
-        let reach = |share: [f64; 2]| {
-            [0, 1]
-                .map(|a: usize| if share[a].abs() > ON_LINE { share[a].abs() * self.fine[a] } else { 0.0 })
-                .iter()
-                .sum()
-        };
-        let reach: [f64; 2] = [reach([c, s]), reach([s, c])];
+        let part = |share: f64, axis: usize| if share.abs() > ON_LINE { share.abs() * self.fine[axis] } else { 0.0 };
+        let reach = [part(c, 0) + part(s, 1), part(s, 0) + part(c, 1)];
         [0, 1].map(|a| [from[a] + way[a].min(0.0) - reach[a], from[a] + way[a].max(0.0) + reach[a]])
     }
 
@@ -180,24 +172,21 @@ impl Grading {
             }
         }
         if to - from < 1.0 || from < 0.0 || to > last {
-            return self.lines_from_edges(last, [from, to]);
+            from = (from + ON_LINE).floor().clamp(0.0, last - 1.0);
+            to = (to - ON_LINE).ceil().clamp(from + 1.0, last);
         }
-        self.between(last, [from, to])
-    }
-
-    /// Lines that lie whole finest elements from the edges where they are fine.
-    fn lines_from_edges(&self, last: f64, [from, to]: [f64; 2]) -> Vec<f64> {
-        let from = (from + ON_LINE).floor().clamp(0.0, last - 1.0);
-        let to = (to - ON_LINE).ceil().clamp(from + 1.0, last);
-        self.between(last, [from, to])
-    }
-
-    /// Lines that are fine between two of them, up to the edges.
-    fn between(&self, last: f64, [from, to]: [f64; 2]) -> Vec<f64> {
         let before = growing(from, self.growth_ratio, self.max_size);
         let after = growing(last - to, self.growth_ratio, self.max_size);
         let fine = (0..=(to - from).round() as usize).map(|k| from + k as f64);
         before.iter().rev().map(|at| from - at).chain(fine).chain(after.iter().map(|at| to + at)).collect()
+    }
+
+    /// How far the mesh is fine, and how it grows.
+    pub(super) fn words(&self) -> String {
+        let fine = millimetres(self.fine[0].min(self.fine[1]));
+        let way = self.way[0].hypot(self.way[1]);
+        let on = if way > 0.0 { format!(", {} further along the way", millimetres(way)) } else { String::new() };
+        format!("fine up to {fine} from the hit{on}, growing by {} to {}", self.growth_ratio, self.max_size)
     }
 }
 
@@ -288,19 +277,6 @@ fn growing(room: f64, growth: f64, coarsest: f64) -> Vec<f64> {
         *last = room;
     }
     ends
-}
-
-/// The grading in words: how far it is fine.
-pub(super) fn words(grading: &Grading) -> String {
-    let fine = grading.fine.into_iter().fold(f64::INFINITY, f64::min);
-    let way = grading.way[0].hypot(grading.way[1]);
-    let on = if way > 0.0 { format!(", {} further along the way", millimetres(way)) } else { String::new() };
-    format!(
-        "fine up to {} from the hit{on}, growing by {} to {}",
-        millimetres(fine),
-        grading.growth_ratio,
-        grading.max_size
-    )
 }
 
 #[cfg(test)]

@@ -15,57 +15,57 @@ use std::sync::LazyLock;
 use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
 use serde::Deserialize;
-use serde_json::{Map, Value};
+use serde_json::{Map, Value, json};
 
-use super::CaseKeys;
-use super::error::{index, json_number, list, number_text, percent, quote, text_of, whole};
+use super::Case;
+use super::error::{index, list, number_text, percent, quote, text_of, whole};
+use crate::markdown;
 
-/// Unit of a key: SI = value · numerator / denominator, so that decimal factors round once.
-pub(super) struct Unit {
-    /// End of the names of its keys.
-    end: &'static str,
-    /// Sign of the unit.
-    pub(super) name: &'static str,
-    numerator: f64,
-    denominator: f64,
-}
+/// Unit of a key: its sign; SI = value · numerator / denominator, so that decimal factors round once.
+pub(super) struct Unit(&'static str, f64, f64);
 
 /// Units by the ends of the names of their keys; of several that fit the first is meant.
-#[rustfmt::skip]
-const UNITS: [Unit; 18] = [
-    Unit { end: "_deg", name: "deg", numerator: PI, denominator: 180.0 },
-    Unit { end: "_mm", name: "mm", numerator: 1.0, denominator: 1e3 },
-    Unit { end: "_mm_n13", name: "mm·N^(1/3)", numerator: 1.0, denominator: 1e3 },
-    Unit { end: "_us", name: "µs", numerator: 1.0, denominator: 1e6 },
-    Unit { end: "_m_s", name: "m/s", numerator: 1.0, denominator: 1.0 },
-    Unit { end: "_rad_s", name: "rad/s", numerator: 1.0, denominator: 1.0 },
-    Unit { end: "_g", name: "g", numerator: 1.0, denominator: 1e3 },
-    Unit { end: "_g_mm2", name: "g·mm²", numerator: 1.0, denominator: 1e9 },
-    Unit { end: "_kg_m3", name: "kg/m³", numerator: 1.0, denominator: 1.0 },
-    Unit { end: "_g_m2", name: "g/m²", numerator: 1.0, denominator: 1e3 },
-    Unit { end: "_denier", name: "denier", numerator: 1.0, denominator: 9e6 },
-    Unit { end: "_tex", name: "tex", numerator: 1.0, denominator: 1e6 },
-    Unit { end: "_dtex", name: "dtex", numerator: 1.0, denominator: 1e7 },
-    Unit { end: "_per_inch", name: "1/inch", numerator: 1e4, denominator: 254.0 },
-    Unit { end: "_per_cm", name: "1/cm", numerator: 100.0, denominator: 1.0 },
-    Unit { end: "_gpa", name: "GPa", numerator: 1e9, denominator: 1.0 },
-    Unit { end: "_mpa", name: "MPa", numerator: 1e6, denominator: 1.0 },
-    Unit { end: "_n_per_m", name: "N/m", numerator: 1.0, denominator: 1.0 },
+const UNITS: [(&str, Unit); 18] = [
+    ("_deg", Unit("deg", PI, 180.0)),
+    ("_mm", Unit("mm", 1.0, 1e3)),
+    ("_mm_n13", Unit("mm·N^(1/3)", 1.0, 1e3)),
+    ("_us", Unit("µs", 1.0, 1e6)),
+    ("_m_s", Unit("m/s", 1.0, 1.0)),
+    ("_rad_s", Unit("rad/s", 1.0, 1.0)),
+    ("_g", Unit("g", 1.0, 1e3)),
+    ("_g_mm2", Unit("g·mm²", 1.0, 1e9)),
+    ("_kg_m3", Unit("kg/m³", 1.0, 1.0)),
+    ("_g_m2", Unit("g/m²", 1.0, 1e3)),
+    ("_denier", Unit("denier", 1.0, 9e6)),
+    ("_tex", Unit("tex", 1.0, 1e6)),
+    ("_dtex", Unit("dtex", 1.0, 1e7)),
+    ("_per_inch", Unit("1/inch", 1e4, 254.0)),
+    ("_per_cm", Unit("1/cm", 100.0, 1.0)),
+    ("_gpa", Unit("GPa", 1e9, 1.0)),
+    ("_mpa", Unit("MPa", 1e6, 1.0)),
+    ("_n_per_m", Unit("N/m", 1.0, 1.0)),
 ];
 
 /// A key's name without its unit, and the unit.
 pub(super) fn split_unit(key: &str) -> (&str, Option<&'static Unit>) {
-    let found = UNITS.iter().find_map(|unit| Some((key.strip_suffix(unit.end)?, Some(unit))));
+    let found = UNITS.iter().find_map(|(end, unit)| Some((key.strip_suffix(end)?, Some(unit))));
     found.unwrap_or((key, None))
 }
 
 impl Unit {
     pub(super) fn to_si(&self, value: f64) -> f64 {
-        value * self.numerator / self.denominator
+        value * self.1 / self.2
     }
 
     pub(super) fn of_si(&self, si: f64) -> f64 {
-        si * self.denominator / self.numerator
+        si * self.2 / self.1
+    }
+
+    /// Turns a number of a document into SI units.
+    pub(super) fn convert(&self, value: &mut Value) {
+        if let Some(number) = value.as_f64() {
+            *value = json!(self.to_si(number));
+        }
     }
 }
 
@@ -75,12 +75,6 @@ impl Unit {
 pub(super) enum WordOr<W, K> {
     Word(W),
     Keys(K),
-}
-
-/// A choice that the case file names by a word.
-pub(crate) trait Word: Copy {
-    /// The word of the case file.
-    fn word(self) -> &'static str;
 }
 
 /// Choices with the word of the case file for each, and other words that are read as it.
@@ -94,8 +88,10 @@ macro_rules! choices {
             $($(#[$about])* #[serde(rename = $word)] $variant,)+
         }
 
-        impl $crate::case::keys::Word for $name {
-            fn word(self) -> &'static str {
+        impl $name {
+            /// The word of the case file.
+            #[allow(dead_code, reason = "of some choices nobody asks")]
+            pub(crate) fn word(self) -> &'static str {
                 match self {
                     $(Self::$variant => $word,)+
                 }
@@ -118,49 +114,55 @@ pub(super) use choices;
 /// The schema of a case, every object in its place.
 pub(super) static CASE: LazyLock<Value> = LazyLock::new(|| {
     let settings = SchemaSettings::draft2020_12().with(|settings| settings.inline_subschemas = true);
-    let mut schema = settings.into_generator().into_root_schema_for::<CaseKeys>().to_value();
+    let mut schema = settings.into_generator().into_root_schema_for::<Case>().to_value();
     tidy(&mut schema);
     schema
 });
 
-/// Leaves out null, which stands for an optional field of Rust, formats of numbers, and line breaks of doc comments.
+/// Leaves out null, which stands for an optional field of Rust, and formats of numbers; reads doc comments; completes objects.
 fn tidy(node: &mut Value) {
-    match node {
-        Value::Number(number) => *node = number.as_f64().map_or(Value::Null, json_number),
-        Value::Array(items) => items.iter_mut().for_each(tidy),
-        Value::Object(map) => {
-            if let Some(Value::Array(choices)) = map.get_mut("anyOf") {
-                choices.retain(|choice| choice["type"] != "null");
-                if let [Value::Object(only)] = &mut choices[..] {
-                    let only = std::mem::take(only);
-                    map.remove("anyOf");
-                    for (key, value) in only {
-                        map.entry(key).or_insert(value);
-                    }
-                }
+    let map = match node {
+        Value::Object(map) => map,
+        Value::Array(items) => return items.iter_mut().for_each(tidy),
+        _ => return,
+    };
+    if let Some(Value::Array(choices)) = map.get_mut("anyOf") {
+        choices.retain(|choice| choice["type"] != "null");
+        if let [Value::Object(only)] = &mut choices[..] {
+            let only = std::mem::take(only);
+            map.remove("anyOf");
+            for (key, value) in only {
+                map.entry(key).or_insert(value);
             }
-            if let Some(kind) = map.get("type").and_then(|kind| kind.get(0)).cloned() {
-                map.insert("type".to_owned(), kind);
-            }
-            if let Some(Value::Array(words)) = map.get_mut("enum") {
-                words.retain(|word| !word.is_null());
-            }
-            if let Some(text) = map.get("description").and_then(Value::as_str).map(str::to_owned) {
-                document(map, &text);
-            }
-            map.shift_remove("format");
-            if map.contains_key("derived") {
-                map.shift_remove("default");
-            }
-            for (name, key) in map.get_mut("properties").and_then(Value::as_object_mut).into_iter().flatten() {
-                let Some(unit) = split_unit(name).1 else { continue };
-                let items = key.get("items").is_some();
-                (if items { &mut key["items"] } else { key })["unit"] = Value::from(unit.name);
-            }
-            map.values_mut().for_each(tidy);
         }
-        _ => {}
     }
+    if let Some(kind) = map.get("type").and_then(|kind| kind.get(0)).cloned() {
+        map.insert("type".to_owned(), kind);
+    }
+    if let Some(Value::Array(words)) = map.get_mut("enum") {
+        words.retain(|word| !word.is_null());
+    }
+    if let Some(text) = map.get("description").and_then(Value::as_str).map(str::to_owned) {
+        document(map, &text);
+    }
+    map.shift_remove("format");
+    if map.contains_key("derived") {
+        map.shift_remove("default");
+    }
+    if map.contains_key("without") && map.contains_key("properties") {
+        map.insert("type".to_owned(), json!(["object", "null"]));
+    }
+    map.values_mut().for_each(tidy);
+    let mut required = map.get("required").and_then(Value::as_array).cloned().unwrap_or_default();
+    let Some(Value::Object(keys)) = map.get_mut("properties") else { return };
+    for (name, key) in keys.iter_mut() {
+        let Some(unit) = split_unit(name).1 else { continue };
+        (if key.get("items").is_some() { &mut key["items"] } else { key })["unit"] = json!(unit.0);
+    }
+    let has_value = |key: &Value| ["default", "derived", "without", "only"].iter().any(|word| key.get(word).is_some());
+    required.retain(|name| name.as_str().is_none_or(|name| !has_value(&keys[name])));
+    map.insert("required".to_owned(), Value::Array(required));
+    map.insert("additionalProperties".to_owned(), json!(false));
 }
 
 /// Puts what a doc comment says into a schema: what the key means, without the SI unit, and what holds where it is left out.
@@ -183,8 +185,8 @@ pub(super) struct Key {
     pub(super) name: &'static str,
     /// Schema of its value.
     pub(super) node: &'static Value,
-    /// Whether its field is no optional one.
-    always: bool,
+    /// Whether it has to be given in any case.
+    required: bool,
 }
 
 /// Schema of the object that a value is, that its items are, or that stands in place of a word.
@@ -200,7 +202,7 @@ pub(super) fn keys(node: &'static Value) -> Vec<Key> {
     let Some(object) = object(node) else { return Vec::new() };
     let required = strings(&object["required"]);
     let properties = object["properties"].as_object().into_iter().flatten();
-    properties.map(|(name, node)| Key { name, node, always: required.contains(&name.as_str()) }).collect()
+    properties.map(|(name, node)| Key { name, node, required: required.contains(&name.as_str()) }).collect()
 }
 
 /// The strings of a list, or a string alone.
@@ -221,7 +223,7 @@ impl Key {
 
     /// Whether null says that there is no such object.
     pub(super) fn is_nullable(&self) -> bool {
-        !self.text("without").is_empty() && self.node.get("properties").is_some()
+        self.node["type"].is_array()
     }
 
     /// Another key and those of its values with which this one has a property.
@@ -232,7 +234,8 @@ impl Key {
     /// Whether the key has no value where it is left out, though it belongs there.
     pub(super) fn is_needed(&self) -> bool {
         let has = |property: &str| self.node.get(property).is_some();
-        (self.always || has("only") || has("group")) && !["default", "derived", "without"].into_iter().any(has)
+        let depends = has("only") || has("group");
+        self.required || depends && !["default", "derived", "without"].into_iter().any(has)
     }
 
     /// Whether what may stand in its place is given.
@@ -415,6 +418,131 @@ pub(super) fn without_aliases(node: &'static Value, value: &mut Value) {
     }
 }
 
+/// The case file as a JSON Schema (2020-12): keys, types, ranges, defaults, units and meaning.
+pub fn schema() -> Value {
+    let mut schema = CASE.clone();
+    publish(&mut schema);
+    schema["title"] = json!("ripstop case");
+    schema["description"] =
+        json!("One impact of a woven fabric. Every key that is not required has a default that is named here.");
+    let file = json!({"type": "string", "description": "A file with the keys of a fabric, in the case's folder."});
+    let file = json!({"properties": {"file": file}, "required": ["file"], "additionalProperties": false});
+    for place in ["/properties/fabric", "/properties/pack/properties/layup/items/properties/fabric"] {
+        if let Some(fabric) = schema.pointer_mut(place) {
+            *fabric = json!({"anyOf": [file, fabric.take()]});
+        }
+    }
+    schema
+}
+
+/// Adds other words that are read as those of a choice.
+fn publish(node: &mut Value) {
+    match node {
+        Value::Array(items) => items.iter_mut().for_each(publish),
+        Value::Object(map) => {
+            let aliases = map.get("aliases").and_then(Value::as_object).into_iter().flatten();
+            let aliases: Vec<Value> = aliases.map(|(alias, _)| json!(alias)).collect();
+            map.get_mut("enum")
+                .and_then(Value::as_array_mut)
+                .into_iter()
+                .for_each(|words| words.extend(aliases.clone()));
+            map.values_mut().for_each(publish);
+        }
+        _ => {}
+    }
+}
+
+/// Every key of the case file in Markdown: one table for each object, with the pointers where it stands.
+pub fn reference() -> String {
+    let mut objects = vec![("The whole case".to_owned(), &*CASE)];
+    collect("", &CASE, &mut objects);
+    let rows = |node| {
+        keys(node).into_iter().map(|key| vec![format!("`{}`", key.name), value(&key), left_out(&key), meaning(&key)])
+    };
+    let table = |node| markdown::table(&["key", "value", "if left out", "meaning"], rows(node));
+    let tables: Vec<String> = objects.iter().map(|(title, node)| format!("## {title}\n\n{}", table(*node))).collect();
+    tables.join("\n")
+}
+
+/// Every object below, with the pointers where it stands; `N` stands for the place in a list.
+fn collect(prefix: &str, node: &'static Value, objects: &mut Vec<(String, &'static Value)>) {
+    for (key, inside) in keys(node).into_iter().filter_map(|key| Some((key, object(key.node)?))) {
+        let list = if key.node["type"] == "array" { "/N" } else { "" };
+        let pointer = format!("{prefix}/{}{list}", key.name);
+        match objects.iter_mut().find(|(_, known)| known["properties"] == inside["properties"]) {
+            // A fabric inside a layup is described where the case's fabric is.
+            Some((title, _)) => *title += &format!(", `{pointer}`"),
+            None => {
+                objects.push((format!("`{pointer}`"), inside));
+                collect(&pointer, inside, objects);
+            }
+        }
+    }
+}
+
+/// The values of a key; of an object the keys are in a table of their own.
+fn value(key: &Key) -> String {
+    let text = expected(key.node);
+    text.split_once(" with \"").map_or(text.clone(), |(object, _)| object.to_owned())
+}
+
+/// The value of a key that is left out, and where it comes from.
+fn left_out(key: &Key) -> String {
+    match (key.node.get("default"), key.condition("where"), key.text("or").strip_prefix('/')) {
+        _ if key.is_needed() && key.text("group").is_empty() => "**required**".to_owned(),
+        _ if key.is_needed() => "**one of the group**".to_owned(),
+        (Some(_), Some((other, values)), Some(or)) => {
+            format!("required, or {or}, unless {other} is {}", values.join(" or "))
+        }
+        (Some(Value::Object(_)), ..) => String::new(),
+        (Some(value), ..) => format!("{}, {}", text_of(value), key.text("source")),
+        (None, ..) => format!("{}{}", key.text("derived"), key.text("without")),
+    }
+}
+
+fn meaning(key: &Key) -> String {
+    let mut text = key.text("description").to_owned();
+    if let Some((other, values)) = key.condition("only") {
+        text += &format!(" Only where {other} is {}.", values.join(", "));
+    }
+    if !key.text("group").is_empty() {
+        text += &format!(" Exactly one gives the {}.", key.text("group"));
+    }
+    if !key.text("with").is_empty() {
+        text += &format!(" Only together with `{}`.", key.text("with"));
+    }
+    text
+}
+
 #[cfg(test)]
-#[path = "keys_tests.rs"]
-mod tests;
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+    use super::*;
+
+    #[test]
+    fn every_key_has_a_row_and_every_default_is_a_value_of_its_key_with_a_source() {
+        let (all, reference) = (pointers(), reference());
+        assert!(all.len() > 100, "{}", all.len());
+        for pointer in all {
+            let key = lookup(&pointer).unwrap();
+            assert!(key.text("description").ends_with('.'), "{pointer}");
+            assert!(reference.contains(&format!("\n| `{}` |", key.name)), "{pointer}");
+            if let Some(default) = key.node.get("default") {
+                assert!(accepts(key.node, default), "{pointer}");
+                assert!(default.is_object() || !key.text("source").is_empty(), "{pointer}");
+            }
+        }
+    }
+
+    #[test]
+    fn pointers_are_looked_up() {
+        for (pointer, name) in
+            [("/expect/3/at_us", "at_us"), ("/expect/0", "expect"), ("/pack/layup/12/fabric/warp/crimp", "crimp")]
+        {
+            assert_eq!(lookup(pointer).unwrap().name, name);
+        }
+        for pointer in ["/pack/layup/fabric", "/pack/layup/0/1", "/pack/layup/01", "", "/", "/title/0", "pack"] {
+            assert!(lookup(pointer).is_none(), "{pointer}");
+        }
+    }
+}

@@ -22,8 +22,7 @@ const ROW_BYTES: f64 = 200.0;
 
 /// Columns and rows nearest to a size [m], from the length of an element along each direction [m], in whole multiples of `fine`;
 /// `pointer` is what has that size.
-pub(super) fn mesh(pointer: &str, size: [f64; 2], element: [f64; 2], fine: usize) -> Result<[usize; 2], CaseError> {
-    let fine = fine as f64;
+pub(super) fn mesh(pointer: &str, size: [f64; 2], element: [f64; 2], fine: f64) -> Result<[usize; 2], CaseError> {
     let [columns, rows] = [0, 1].map(|i| fine * (size[i] / (fine * element[i])).round().max(1.0));
     if columns * rows > MAX_ELEMENTS {
         let expected = format!("at most {MAX_ELEMENTS:.2e} elements in a ply");

@@ -3,9 +3,9 @@ use super::*;
 
 #[test]
 fn the_mesh_is_the_nearest_whole_number_and_never_overflows() {
-    assert_eq!(mesh("/pack", [0.203, 0.001], [0.00127, 0.00127], 1).unwrap(), [160, 1]);
-    assert_eq!(mesh("/pack", [0.0305, 0.0294], [0.000635, 0.000635], 2).unwrap(), [48, 46]);
-    assert!(mesh("/pack", [f64::MAX, f64::MAX], [1e-300, 1e-300], 1).is_err());
+    assert_eq!(mesh("/pack", [0.203, 0.001], [0.00127, 0.00127], 1.0).unwrap(), [160, 1]);
+    assert_eq!(mesh("/pack", [0.0305, 0.0294], [0.000635, 0.000635], 2.0).unwrap(), [48, 46]);
+    assert!(mesh("/pack", [f64::MAX, f64::MAX], [1e-300, 1e-300], 1.0).is_err());
 }
 
 /// Memory for a case of these plies and frames, its two rows of history aside, and its elements.

@@ -254,13 +254,12 @@ fn edges<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Edges, D::Error> 
 
 /// Gives the groups of a layup what they do not say themselves; the document is complete but for that.
 pub(super) fn share_with_layup(document: &mut Value) {
-    let shared = ["edges", "initial_velocity"].map(|key| (key, document["pack"][key].clone()));
-    let fabric = ("fabric", document["fabric"].clone());
-    for group in document["pack"].get_mut("layup").and_then(Value::as_array_mut).into_iter().flatten() {
-        for (key, value) in
-            shared.iter().chain([&fabric]).filter(|(key, _)| group.get(key).is_none()).collect::<Vec<_>>()
-        {
-            group[key] = value.clone();
+    let [edges, velocity] = ["edges", "initial_velocity"].map(|key| (key, document["pack"][key].clone()));
+    let shared = [edges, velocity, ("fabric", document["fabric"].clone())];
+    let groups = document["pack"].get_mut("layup").and_then(Value::as_array_mut);
+    for group in groups.into_iter().flatten().filter_map(Value::as_object_mut) {
+        for (key, value) in &shared {
+            group.entry(*key).or_insert_with(|| value.clone());
         }
     }
 }
@@ -278,10 +277,10 @@ impl Pack {
         if self.elements_per_crossover == 0 {
             self.elements_per_crossover = match (finer, solver.accuracy) {
                 (false, _) => 1,
+                (true, Accuracy::Converged) => CONVERGED,
                 (true, Accuracy::Default) if bar => ALONG_A_BAR,
                 (true, Accuracy::Default) if projectile.is_some_and(|p| p.shape.is_pointed()) => UNDER_A_POINT,
                 (true, Accuracy::Default) => FINE,
-                (true, Accuracy::Converged) => CONVERGED,
             };
             record.derive_text("/pack/elements_per_crossover", self.elements_per_crossover, "", false);
         }
@@ -291,7 +290,9 @@ impl Pack {
         for (index, layer) in self.layup.iter_mut().enumerate() {
             layer.complete(&format!("{LAYUP}/{index}"), fabric, size, side, record)?;
         }
-        self.complete_plies(record)?;
+        if !self.layup.is_empty() {
+            self.complete_plies(record)?;
+        }
         if self.spacing.is_none() {
             derive_spacing(fabric, &self.layup, record);
         }
@@ -307,9 +308,6 @@ impl Pack {
 
     /// Completes the number of plies: the sum over a layup.
     fn complete_plies(&mut self, record: &Provenance) -> Result<(), CaseError> {
-        if self.layup.is_empty() {
-            return Ok(());
-        }
         let sum: u32 = self.layup.iter().map(|layer| layer.plies).sum();
         if sum > MAX_PLIES {
             let expected = format!("at most {MAX_PLIES} plies over all groups");
@@ -345,23 +343,18 @@ impl Layer {
         }
         for key in ["edges", "initial_velocity_m_s"] {
             let (own, above) = (format!("{at}/{key}"), format!("/pack/{key}"));
-            if record.values_below(&own).is_empty() {
-                record.derive_text(&own, record.values_below(&above), "", record.is_any_assumed(&above));
+            if !record.has(&own) {
+                record.derive_text(&own, record.value(&above), "", record.is_assumed(&above));
             }
         }
-        let size = if lies_across(self.orientation) { [size[1], size[0]] } else { size };
+        // Where the warp lies along the pack's Y axis the ply's own width is the pack's height. Degrees become radians with a rounding error.
+        let quarters = self.orientation / FRAC_PI_2;
+        let lies_across = (quarters - quarters.round()).abs() < 1e-9 && quarters.round().rem_euclid(2.0) == 1.0;
+        let size = if lies_across { [size[1], size[0]] } else { size };
         ([self.columns, self.rows], [self.element_length_x, self.element_length_y]) =
             mesh(at, &self.fabric, size, side, record)?;
         Ok(())
     }
-}
-
-/// Whether the warp lies along the pack's Y axis: then the ply's own width is the pack's height.
-fn lies_across(orientation: f64) -> bool {
-    let quarters = orientation / FRAC_PI_2;
-    let whole = quarters.round();
-    // Degrees become radians with a rounding error.
-    (quarters - whole).abs() < 1e-9 && whole.rem_euclid(2.0) == 1.0
 }
 
 /// Columns and rows, and the element lengths [m], for a size [m]: of the pack or of a group of its plies; `side` is the
@@ -375,8 +368,7 @@ fn mesh(
 ) -> Result<([usize; 2], [f64; 2]), CaseError> {
     let length = [&fabric.warp, &fabric.weft].map(|yarn| side * 2.0 * yarn.half_span());
     // Finer meshes cover the same cloth: whole crossovers.
-    let fine = (1.0 / side).round().max(1.0) as usize;
-    let count = limits::mesh(at, size, length, fine)?;
+    let count = limits::mesh(at, size, length, (1.0 / side).round().max(1.0))?;
     let how = "the size over the element length, to the nearest whole number of crossovers";
     for (name, count) in [("columns", count[0]), ("rows", count[1])] {
         record.derive_text(&format!("{at}/{name}"), count, how, false);
@@ -397,13 +389,9 @@ fn derive_spacing(fabric: &Fabric, layup: &[Layer], record: &Provenance) {
     });
     let within = layup.iter().filter(|layer| layer.plies > 1 || layup.len() == 1).map(|layer| layer.fabric.thickness);
     let between = layup.windows(2).map(|pair| 0.5 * (pair[0].fabric.thickness + pair[1].fabric.thickness));
-    let spacings = within.chain(between);
-    let (least, most) = spacings.fold((f64::INFINITY, 0.0_f64), |(least, most), s| (least.min(s), most.max(s)));
-    let how = "the mean of the thickness_mm of the two plies";
-    if least == most {
-        record.derive(at, least, how, assumed);
-    } else {
-        let [least, most] = [least, most].map(|spacing| short_number_text(spacing * 1e3));
-        record.derive_text(at, format!("{least} to {most}"), how, assumed);
-    }
+    let spacings: Vec<f64> = within.chain(between).collect();
+    let [least, most] = [f64::min, f64::max].map(|of| spacings.iter().copied().reduce(of).unwrap_or_default() * 1e3);
+    let [least, most] = [least, most].map(short_number_text);
+    let range = if least == most { least } else { format!("{least} to {most}") };
+    record.derive_text(at, range, "the mean of the thickness_mm of the two plies", assumed);
 }

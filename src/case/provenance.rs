@@ -6,9 +6,8 @@ use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
 use super::error::{is_at_or_below, short_number_text, text_of, whole};
-use super::keys::split_unit;
-use super::keys::{Key, keys, lookup, order};
-use super::{Case, CaseError, Layer, grading};
+use super::keys::{Key, keys, lookup, order, split_unit};
+use super::{Case, CaseError, Layer};
 
 /// One field of the case and where its value came from.
 #[derive(Clone, Debug, PartialEq)]
@@ -94,11 +93,11 @@ impl Provenance {
                 continue;
             };
             if value.is_null() {
-                self.note(&place, key, "none".to_owned(), Origin::Read, key.text("without"));
+                self.note(&place, "none".to_owned(), key.unit(), Origin::Read, key.text("without"));
             } else if value.is_object() {
                 self.complete(&place, key.node, value);
             } else if super::keys::object(key.node).is_none() || value.is_string() {
-                self.note(&place, key, text_of(value), Origin::Read, self.source(&place));
+                self.note(&place, text_of(value), key.unit(), Origin::Read, self.source(&place));
                 if let Some(number) = whole(value).filter(|_| key.node["type"] == "integer") {
                     // 2.0 is a whole number.
                     *value = json!(number);
@@ -121,11 +120,11 @@ impl Provenance {
             if value.is_object() {
                 self.complete(place, key.node, &mut value);
             } else {
-                self.note(place, key, text_of(default), Origin::Default, key.text("source"));
+                self.note(place, text_of(default), key.unit(), Origin::Default, key.text("source"));
             }
             object[key.name] = value;
         } else if !key.text("without").is_empty() {
-            self.note(place, key, "none".to_owned(), Origin::Default, key.text("without"));
+            self.note(place, "none".to_owned(), key.unit(), Origin::Default, key.text("without"));
         }
     }
 
@@ -139,18 +138,10 @@ impl Provenance {
         typed(pointer, object)
     }
 
-    fn note(&self, pointer: &str, key: &Key, value: String, origin: Origin, source: &str) {
-        self.push(pointer, value, key.unit(), origin, source, is_assumed(source));
-    }
-
-    fn push(&self, pointer: &str, value: String, unit: &'static str, origin: Origin, source: &str, assumed: bool) {
-        let (pointer, source) = (pointer.to_owned(), source.to_owned());
+    /// Records a value; it is assumed where its source says so.
+    pub(super) fn note(&self, pointer: &str, value: String, unit: &'static str, origin: Origin, source: &str) {
+        let (pointer, source, assumed) = (pointer.to_owned(), source.to_owned(), is_assumed(source));
         self.fields.borrow_mut().push(Field { pointer, value, unit, origin, source, assumed });
-    }
-
-    /// Records an item of a list in one line.
-    pub(super) fn summarise(&self, pointer: &str, value: String, source: &str) {
-        self.push(pointer, value, "", Origin::Read, source, is_assumed(source));
     }
 
     /// Puts a number [SI] computed into the place of one that was left out, and records it; `how` is empty where the key says it.
@@ -170,53 +161,39 @@ impl Provenance {
     /// Records a value computed for a key that was left out, as text; `how` is empty where the key says it.
     pub(super) fn derive_text(&self, pointer: &str, value: impl ToString, how: &str, assumed: bool) {
         let (unit, derived) = lookup(pointer).map_or(("", ""), |key| (key.unit(), key.text("derived")));
-        let (value, how) = (value.to_string(), if how.is_empty() { derived } else { how });
+        let value = value.to_string();
         // A word has no unit.
         let unit = if value.contains(|c: char| c.is_ascii_digit()) { unit } else { "" };
-        self.push(pointer, value, unit, Origin::Derived, how, assumed);
+        self.note(pointer, value, unit, Origin::Derived, if how.is_empty() { derived } else { how });
+        if let Some(field) = self.fields.borrow_mut().last_mut() {
+            field.assumed = assumed;
+        }
     }
 
-    /// The field at a pointer; of several recorded there the first.
-    fn field<T>(&self, pointer: &str, of: impl Fn(&Field) -> T) -> Option<T> {
-        self.fields.borrow().iter().find(|field| field.pointer == pointer).map(of)
+    /// What fields recorded earlier at or below a pointer say.
+    fn below<T>(&self, above: &str, of: impl Fn(&Field) -> T) -> Vec<T> {
+        self.fields.borrow().iter().filter(|field| is_at_or_below(&field.pointer, above)).map(of).collect()
     }
 
-    /// Whether a field was recorded earlier.
+    /// Whether a field was recorded earlier, at or below a pointer.
     pub(super) fn has(&self, pointer: &str) -> bool {
-        self.field(pointer, |_| ()).is_some()
+        !self.below(pointer, |_| ()).is_empty()
     }
 
-    /// Whether a field recorded earlier is assumed.
-    pub(super) fn is_assumed(&self, pointer: &str) -> bool {
-        self.field(pointer, |field| field.assumed).unwrap_or(false)
-    }
-
-    /// Whether any field recorded at or below a pointer is assumed.
-    pub(super) fn is_any_assumed(&self, above: &str) -> bool {
-        self.fields.borrow().iter().any(|field| field.assumed && is_at_or_below(&field.pointer, above))
-    }
-
-    /// A field recorded earlier: its value in its key's unit.
-    pub(super) fn number(&self, pointer: &str) -> String {
-        self.field(pointer, |field| field.value.clone()).unwrap_or_default()
+    /// Whether a field recorded earlier at or below a pointer is assumed.
+    pub(super) fn is_assumed(&self, above: &str) -> bool {
+        self.below(above, |field| field.assumed).contains(&true)
     }
 
     /// A number recorded earlier [SI].
-    pub(super) fn si(&self, pointer: &str) -> f64 {
-        let number = self.number(pointer).parse().unwrap_or_default();
-        split_unit(pointer).1.map_or(number, |unit| unit.to_si(number))
+    pub(super) fn si(&self, pointer: &str) -> Option<f64> {
+        let number = self.below(pointer, |field| field.value.parse().ok()).into_iter().next().flatten()?;
+        Some(split_unit(pointer).1.map_or(number, |unit| unit.to_si(number)))
     }
 
-    /// A field recorded earlier as the report shows it: value and unit.
-    pub(super) fn value(&self, pointer: &str) -> String {
-        self.field(pointer, Field::with_unit).unwrap_or_default()
-    }
-
-    /// The values of a field recorded earlier, or of those inside it, in their key's unit.
-    pub(super) fn values_below(&self, above: &str) -> String {
-        let fields = self.fields.borrow();
-        let inside = fields.iter().filter(|field| is_at_or_below(&field.pointer, above));
-        inside.map(|field| field.value.as_str()).collect::<Vec<_>>().join(", ")
+    /// Values recorded earlier at or below a pointer, in the units of their keys.
+    pub(super) fn value(&self, above: &str) -> String {
+        self.below(above, |field| field.value.clone()).join(", ")
     }
 
     /// The fields in the order of the keys.
@@ -228,33 +205,28 @@ impl Provenance {
 
     /// The text of the nearest source at or above a pointer.
     fn source(&self, pointer: &str) -> &str {
-        let covers = |above: &str| is_at_or_below(pointer, above);
-        let nearest = self.sources.iter().filter(|(above, _)| covers(above)).max_by_key(|(above, _)| above.len());
-        nearest.map_or("case file", |(_, text)| text)
+        let above = self.sources.iter().filter(|(above, _)| is_at_or_below(pointer, above));
+        above.max_by_key(|(above, _)| above.len()).map_or("case file", |(_, text)| text)
     }
 }
 
 /// Turns a completed document into SI units; its keys lose their units, and words for no object become null.
 pub(super) fn in_si(node: &'static Value, value: &mut Value) {
-    let is_none = |word: &String| node.get("none").is_some_and(|none| none == word);
     match value {
         Value::Object(map) if super::keys::object(node).is_some() => {
             for key in keys(node) {
                 let Some(mut inside) = map.remove(key.name) else { continue };
-                match (split_unit(key.name), inside.as_f64()) {
-                    ((_, Some(unit)), Some(number)) => inside = json!(unit.to_si(number)),
-                    ((_, Some(unit)), None) => inside
-                        .as_array_mut()
-                        .into_iter()
-                        .flatten()
-                        .for_each(|item| *item = json!(unit.to_si(item.as_f64().unwrap_or_default()))),
-                    ((_, None), _) => in_si(key.node, &mut inside),
+                let (name, unit) = split_unit(key.name);
+                match (unit, &mut inside) {
+                    (Some(unit), Value::Array(items)) => items.iter_mut().for_each(|item| unit.convert(item)),
+                    (Some(unit), number) => unit.convert(number),
+                    (None, inside) => in_si(key.node, inside),
                 }
-                map.insert(split_unit(key.name).0.to_owned(), inside);
+                map.insert(name.to_owned(), inside);
             }
         }
         Value::Array(items) => items.iter_mut().for_each(|item| in_si(&node["items"], item)),
-        Value::String(word) if is_none(word) => *value = Value::Null,
+        Value::String(word) if node["none"] == *word => *value = Value::Null,
         _ => {}
     }
 }
@@ -269,58 +241,46 @@ const WIDEST_VALUE: usize = 40;
 
 /// The title, the mesh, and every field: pointer, value, origin and source. Assumed fields begin with `*`.
 pub fn report(case: &Case) -> String {
-    let mut lines = vec![case.title.clone(), mesh(case), String::new()];
-    let pointers = case.fields.iter().map(|field| field.pointer.chars().count()).max().unwrap_or(0);
-    let values = case.fields.iter().map(|field| field.with_unit().chars().count());
-    let values = values.filter(|width| *width <= WIDEST_VALUE).max().unwrap_or(0).max("value".len());
-    lines.push(line("  field", "value", "origin", "source", [pointers + 2, values]));
+    let row = |field: &Field| {
+        let mark = if field.assumed { "* " } else { "  " };
+        [format!("{mark}{}", field.pointer), field.with_unit(), field.origin.word().to_owned(), field.source.clone()]
+    };
+    let mut rows = vec![["  field", "value", "origin", "source"].map(str::to_owned)];
+    rows.extend(case.fields.iter().map(row));
+    let width = |column: usize, widest: usize| {
+        rows.iter().map(|row| row[column].chars().count()).filter(|width| *width <= widest).max().unwrap_or(0)
+    };
+    let (pointers, values) = (width(0, usize::MAX), width(1, WIDEST_VALUE));
+    let mut text = format!("{}\n{}\n\n", case.title, mesh(case));
     let mut group = "";
-    for field in &case.fields {
-        let top = field.pointer.split('/').nth(1).unwrap_or_default();
+    for [pointer, value, origin, source] in &rows {
+        let top = pointer.split('/').nth(1).unwrap_or_default();
         if top != group && !group.is_empty() {
-            lines.push(String::new());
+            text.push('\n');
         }
         group = top;
-        let mark = if field.assumed { "* " } else { "  " };
-        let pointer = format!("{mark}{}", field.pointer);
-        lines.push(line(&pointer, &field.with_unit(), field.origin.word(), &field.source, [pointers + 2, values]));
+        text += format!("{pointer:pointers$}  {value:values$}  {origin:7}  {source}").trim_end();
+        text.push('\n');
     }
     let assumed = case.fields.iter().filter(|field| field.assumed).count();
     if assumed > 0 {
-        lines.push(format!("\n* {assumed} of {} fields are assumed, not published", case.fields.len()));
+        text += &format!("\n* {assumed} of {} fields are assumed, not published\n", case.fields.len());
     }
-    lines.join("\n") + "\n"
+    text
 }
 
 /// The mesh of the pack; of a layup in one line per group, from the struck side.
 pub(crate) fn mesh(case: &Case) -> String {
-    let pack = &case.pack;
-    if pack.layup.is_empty() {
-        let mesh: Vec<String> = case.layers().iter().map(elements).collect();
-        return format!("{}, {}", plies(pack.plies), mesh.join(""));
-    }
     let line = |layer: &Layer| {
-        let mesh = elements(layer);
+        let plies = format!("{} {}", layer.plies, if layer.plies == 1 { "ply" } else { "plies" });
         let turned = short_number_text(layer.orientation.to_degrees());
-        format!("{} of {} at {turned}°, {mesh}", plies(layer.plies), layer.fabric.name)
+        let of =
+            if case.pack.layup.is_empty() { plies } else { format!("{plies} of {} at {turned}°", layer.fabric.name) };
+        let [x, y] = [layer.element_length_x, layer.element_length_y].map(|length| length * 1e3);
+        let [width, height] = [layer.columns as f64 * x, layer.rows as f64 * y];
+        let [columns, rows] = layer.counts();
+        let (from, grown) = layer.grading.map_or(("of", String::new()), |g| ("from", format!(" ({})", g.words())));
+        format!("{of}, {columns} × {rows} elements {from} {x:.4} × {y:.4} mm{grown}: {width:.2} × {height:.2} mm")
     };
-    pack.layup.iter().map(line).collect::<Vec<_>>().join("\n")
-}
-
-fn plies(count: u32) -> String {
-    format!("{count} {}", if count == 1 { "ply" } else { "plies" })
-}
-
-fn elements(layer: &Layer) -> String {
-    let [x, y] = [layer.element_length_x, layer.element_length_y].map(|length| length * 1e3);
-    let [width, height] = [layer.columns as f64 * x, layer.rows as f64 * y];
-    let [columns, rows] = layer.counts();
-    let from = if layer.grading.is_some() { "from " } else { "of " };
-    let grown = layer.grading.map_or(String::new(), |g| format!(" ({})", grading::words(&g)));
-    format!("{columns} × {rows} elements {from}{x:.4} × {y:.4} mm{grown}: {width:.2} × {height:.2} mm")
-}
-
-fn line(pointer: &str, value: &str, origin: &str, source: &str, [pointers, values]: [usize; 2]) -> String {
-    let line = format!("{pointer:pointers$}  {value:values$}  {origin:7}  {source}");
-    line.trim_end().to_owned()
+    case.layers().iter().map(line).collect::<Vec<_>>().join("\n")
 }

@@ -8,13 +8,11 @@ use std::path::{Path, PathBuf};
 use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess, SeqAccess, Visitor};
 use serde_json::{Map, Number, Value, json};
 
-use super::check::check;
-use super::error::{CaseError, describe, is_at_or_below, quote};
-use super::fabric_file::{self, FabricSource, Inlined};
+use super::changes::{self, Change};
+use super::error::{CaseError, check, describe, is_at_or_below, quote};
 use super::keys::{CASE, without_aliases};
 use super::provenance::{Provenance, in_si, typed};
-use super::set::{self, Set};
-use super::{Case, CaseKeys, limits, pack, solver, variability};
+use super::{Case, fabric, limits, pack, solver, variability};
 
 /// Largest size of a case file [bytes]; a larger file is something else.
 const MAX_BYTES: u64 = 1 << 20;
@@ -26,7 +24,7 @@ const MAX_BYTES: u64 = 1 << 20;
 pub fn read(path: &Path, sets: &[String]) -> Result<Case, CaseError> {
     let file = path.display().to_string();
     let text = text_of_file(path).map_err(|error| error.in_file(&file))?;
-    let case = assemble(&file, &text, sets, &FabricSource::Folder(folder_of(path)))?;
+    let case = assemble(&file, &text, sets, Some(folder_of(path)))?;
     Ok(Case { name: stem(path), path: path.to_owned(), ..case })
 }
 
@@ -36,7 +34,7 @@ pub fn read(path: &Path, sets: &[String]) -> Result<Case, CaseError> {
 /// # Errors
 /// As of [`read`].
 pub fn from_text(name: &str, text: &str, folder: &Path, sets: &[String]) -> Result<Case, CaseError> {
-    let case = assemble(name, text, sets, &FabricSource::Folder(folder))?;
+    let case = assemble(name, text, sets, Some(folder))?;
     Ok(Case { name: name.to_owned(), path: PathBuf::from(name), ..case })
 }
 
@@ -45,31 +43,13 @@ pub fn from_text(name: &str, text: &str, folder: &Path, sets: &[String]) -> Resu
 /// # Errors
 /// As of [`read`].
 pub fn from_str(name: &str, text: &str, sets: &[String]) -> Result<Case, CaseError> {
-    let case = assemble(name, text, sets, &FabricSource::BuiltIn)?;
+    let case = assemble(name, text, sets, None)?;
     Ok(Case { name: stem(Path::new(name)), ..case })
-}
-
-impl Case {
-    /// Names the changes that a case was read with in its title and its name, so that its results are not taken for those of the file.
-    pub fn name_changes(&mut self, sets: &[String]) {
-        let sets: Vec<Set> = sets.iter().filter_map(|text| set::parse(text).ok()).collect();
-        self.name.push_str(&set::in_name(&sets));
-        if sets.iter().any(|set| set.pointer == "/title") {
-            return;
-        }
-        self.title.push_str(&set::in_title(&sets));
-        if let Some(title) = self.as_run.get_mut("title") {
-            *title = Value::from(self.title.as_str());
-        }
-    }
 }
 
 /// The folder of a file.
 pub(super) fn folder_of(path: &Path) -> &Path {
-    match path.parent() {
-        Some(parent) if parent != Path::new("") => parent,
-        _ => Path::new("."),
-    }
+    path.parent().filter(|parent| *parent != Path::new("")).unwrap_or(Path::new("."))
 }
 
 fn stem(path: &Path) -> String {
@@ -79,59 +59,74 @@ fn stem(path: &Path) -> String {
 /// The text of a file of reasonable size.
 pub(super) fn text_of_file(path: &Path) -> Result<String, CaseError> {
     let failed = |error: std::io::Error| CaseError::at("", "a case file that can be read", error.to_string());
-    let large = |found: String| Err(CaseError::at("", "a file of at most 1 MiB", found));
     let metadata = path.metadata().map_err(failed)?;
     if metadata.is_dir() {
         return Err(CaseError::at("", "a case file", "a folder"));
     }
-    if metadata.len() > MAX_BYTES {
-        return large(format!("{} bytes", metadata.len()));
-    }
-    // A pipe or device has no size beforehand.
     let mut bytes = Vec::new();
     File::open(path).and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes)).map_err(failed)?;
     if bytes.len() as u64 > MAX_BYTES {
-        return large("more".to_owned());
+        // A pipe or device has no size beforehand.
+        let found = format!("{} bytes", metadata.len().max(bytes.len() as u64));
+        return Err(CaseError::at("", "a file of at most 1 MiB", found));
     }
     String::from_utf8(bytes).map_err(|error| {
-        let offset = error.utf8_error().valid_up_to();
-        let byte = error.as_bytes().get(offset).copied().unwrap_or_default();
-        let location = line_column(error.as_bytes(), offset);
-        CaseError::at(location, "UTF-8 text", format!("the byte 0x{byte:02X}")).help("save the file as UTF-8")
+        let (before, rest) = error.as_bytes().split_at(error.utf8_error().valid_up_to());
+        let line = before.iter().filter(|byte| **byte == b'\n').count() + 1;
+        let column = before.iter().rev().take_while(|byte| **byte != b'\n').count() + 1;
+        let found = format!("the byte 0x{:02X}", rest.first().unwrap_or(&0));
+        CaseError::at(format!("line {line}, column {column}"), "UTF-8 text", found).help("save the file as UTF-8")
     })
 }
 
-fn assemble(file: &str, text: &str, sets: &[String], source: &FabricSource<'_>) -> Result<Case, CaseError> {
-    let named = |error: CaseError| error.in_file(file);
-    let document = parse(text).map_err(named)?;
-    if !document.is_object() {
-        return Err(named(CaseError::at("line 1, column 1", "a JSON object", describe(&document))));
-    }
-    let sets: Vec<Set> = sets.iter().map(|text| set::parse(text)).collect::<Result<_, _>>().map_err(named)?;
-    assemble_document(file, document, &sets, set::FLAG, source)
+fn assemble(file: &str, text: &str, sets: &[String], folder: Option<&Path>) -> Result<Case, CaseError> {
+    let read = || {
+        let document = parse(text)?;
+        if !document.is_object() {
+            return Err(CaseError::at("line 1, column 1", "a JSON object", describe(&document)));
+        }
+        Ok((document, sets.iter().map(|text| changes::parse(text)).collect::<Result<Vec<_>, _>>()?))
+    };
+    let (document, changes) = read().map_err(|error| error.in_file(file))?;
+    assemble_document(file, document, &changes, changes::FLAG, folder)
 }
 
 /// The case of a document with changes, whose source is `by`.
 pub(super) fn assemble_document(
     file: &str,
     mut document: Value,
-    sets: &[Set],
+    changes: &[Change],
     by: &str,
-    source: &FabricSource<'_>,
+    folder: Option<&Path>,
 ) -> Result<Case, CaseError> {
-    let named = |error: CaseError| error.in_file(file);
-    let attributed = |error: CaseError| named(set::attribute(error, sets));
-    let (choices, others): (Vec<&Set>, Vec<&Set>) = sets.iter().partition(|set| set.chooses_fabric());
-    choices.into_iter().try_for_each(|set| set.apply(&mut document, by)).map_err(named)?;
-    let mut files = fabric_file::inline(&mut document, source).map_err(attributed)?;
-    others.iter().try_for_each(|set| set.apply(&mut document, by)).map_err(named)?;
+    let of_change = |error: CaseError| match by == changes::FLAG {
+        true => CaseError { location: changes::located(&error.location), ..error }.in_file(file),
+        false => error.in_file(file),
+    };
+    let attributed = |error: CaseError| {
+        let is_of_change = |change: &Change| is_at_or_below(&error.location, &change.pointer);
+        let own = error.file.is_empty() && changes.iter().any(is_of_change);
+        if own { of_change(error) } else { error.in_file(file) }
+    };
+    let (choices, others): (Vec<&Change>, Vec<&Change>) = changes.iter().partition(|change| change.chooses_fabric());
+    choices.into_iter().try_for_each(|change| change.apply(&mut document, by)).map_err(of_change)?;
+    let mut files = fabric::inline(&mut document, folder).map_err(attributed)?;
+    others.iter().try_for_each(|change| change.apply(&mut document, by)).map_err(of_change)?;
     without_aliases(&CASE, &mut document);
     // Where a change reaches into the fabric, the file alone is not to blame.
-    files.retain(|file| !others.iter().any(|set| is_at_or_below(&set.pointer, &file.place)));
-    let case = checked(&document).map_err(|errors| {
-        let placed = errors.into_iter().map(|error| attributed(in_fabric_file(error, &files)));
-        CaseError::first_of(placed.collect())
-    })?;
+    files.retain(|(place, _)| !others.iter().any(|change| is_at_or_below(&change.pointer, place)));
+    let placed = |error: CaseError| {
+        let inside = |(place, file): &(String, String)| {
+            let inside = error.location.strip_prefix(place).filter(|inside| inside.starts_with('/'))?;
+            Some((inside.to_owned(), file.clone()))
+        };
+        match files.iter().find_map(inside) {
+            Some((location, file)) => CaseError { location, ..error }.in_file(&file),
+            None => attributed(error),
+        }
+    };
+    let case = checked(&document);
+    let case = case.map_err(|errors| CaseError::first_of(errors.into_iter().map(placed).collect()))?;
     Ok(Case { as_run: document, ..case })
 }
 
@@ -158,7 +153,9 @@ fn built(document: &Value) -> Result<Case, Vec<CaseError>> {
     solver::derive(&mut document, &record);
     in_si(&CASE, &mut document);
     pack::share_with_layup(&mut document);
-    typed("", document).and_then(|keys: CaseKeys| keys.case(record)).map_err(|error| vec![error])
+    let completed = |mut case: Case| case.complete(&record).map(|()| case);
+    let case = typed("", document).and_then(completed).map_err(|error| vec![error])?;
+    Ok(Case { fields: record.into_fields(), ..case })
 }
 
 /// A shot of a case: `shot` of the draws of `seed`, at this impact velocity before its scatter [m/s]; `None`: that of the case.
@@ -193,18 +190,6 @@ fn rebuilt(case: &Case, document: Value) -> Result<Case, Vec<CaseError>> {
     Ok(Case { name: case.name.clone(), path: case.path.clone(), as_run: document, ..built })
 }
 
-/// An error inside an inlined fabric is one of the file it came from.
-fn in_fabric_file(error: CaseError, files: &[Inlined]) -> CaseError {
-    let inside = |file: &Inlined| {
-        let inside = error.location.strip_prefix(&file.place).filter(|inside| inside.starts_with('/'))?;
-        Some((inside.to_owned(), file.name.clone()))
-    };
-    match files.iter().find_map(inside) {
-        Some((location, file)) => CaseError { location, ..error }.in_file(&file),
-        None => error,
-    }
-}
-
 const DUPLICATE: &str = "duplicate key ";
 
 /// Parses one JSON document; errors are located by line and column.
@@ -221,65 +206,48 @@ pub(super) fn parse(text: &str) -> Result<Value, CaseError> {
     value.map_err(|error| explain(text, &error))
 }
 
-/// `line L, column C` of a byte offset, both from 1.
-pub(super) fn line_column(bytes: &[u8], offset: usize) -> String {
-    let before = &bytes[..offset.min(bytes.len())];
-    let line = before.iter().filter(|byte| **byte == b'\n').count() + 1;
-    let column = before.iter().rev().take_while(|byte| **byte != b'\n').count() + 1;
-    format!("line {line}, column {column}")
-}
-
 fn explain(text: &str, error: &serde_json::Error) -> CaseError {
-    let at = |expected: &str, found: &str| {
-        CaseError::at(format!("line {}, column {}", error.line(), error.column().max(1)), expected, found)
-    };
     let message = error.to_string();
     let message = message.rsplit_once(" at line ").map_or(message.as_str(), |(what, _)| what);
     let token = token_at(text, error.line(), error.column());
     let found = if token.is_empty() { "the end of the line".to_owned() } else { quote(&token) };
-    if error.is_eof() {
-        return at("the rest of the document", &format!("the end of the text ({message})"))
-            .help("a closing brace, bracket or quote is missing; was the file cut off?");
-    }
-    match message {
+    let (expected, found, help) = match message {
+        _ if error.is_eof() => (
+            "the rest of the document",
+            format!("the end of the text ({message})"),
+            Some("a closing brace, bracket or quote is missing; was the file cut off?"),
+        ),
         _ if message.starts_with(DUPLICATE) => {
-            at("each key once in an object", message).help("remove one of the two, or rename it")
+            ("each key once in an object", message.to_owned(), Some("remove one of the two, or rename it"))
         }
-        "recursion limit exceeded" => at("objects and lists nested at most 127 deep", "deeper nesting"),
-        "number out of range" => at("a number that fits in 64 bits (below 1.8e308)", &found),
+        "recursion limit exceeded" => ("objects and lists nested at most 127 deep", "deeper nesting".to_owned(), None),
+        "number out of range" => ("a number that fits in 64 bits (below 1.8e308)", found, None),
         "trailing comma" => {
-            at("another item or the closing bracket", "a comma before it").help("JSON has no comma after the last item")
+            let help = "JSON has no comma after the last item";
+            ("another item or the closing bracket", "a comma before it".to_owned(), Some(help))
         }
-        "trailing characters" => at("the end of the text after the document", &found),
-        "key must be a string" => at("a key in double quotes", &found),
-        _ => {
-            let (expected, found) = match message.strip_prefix("expected ") {
-                Some(expected) => (expected.replace("ident", "a JSON value"), found),
-                None => ("valid JSON".to_owned(), format!("{message}: {found}")),
-            };
-            let error = at(&expected, &found);
-            match help(&token) {
-                Some(help) => error.help(help),
-                None => error,
-            }
-        }
-    }
+        "trailing characters" => ("the end of the text after the document", found, None),
+        "key must be a string" => ("a key in double quotes", found, None),
+        "expected ident" => ("a JSON value", found, hint(&token)),
+        _ => match message.strip_prefix("expected ") {
+            Some(expected) => (expected, found, hint(&token)),
+            None => ("valid JSON", format!("{message}: {found}"), hint(&token)),
+        },
+    };
+    let location = format!("line {}, column {}", error.line(), error.column().max(1));
+    CaseError { help: help.map(str::to_owned), ..CaseError::at(location, expected, found) }
 }
 
 /// Help for something that people write and JSON does not have.
-fn help(token: &str) -> Option<&'static str> {
-    let word = token.trim_start_matches(['-', '+']).to_lowercase();
-    let begins = |with: &[&str]| with.iter().any(|with| word.starts_with(with));
-    if ["nan", "inf", "infinity"].contains(&word.as_str()) {
-        Some("JSON has no NaN or Infinity; every number of a case is finite")
-    } else if begins(&["//", "/*", "#"]) {
-        Some("JSON has no comments; put them under \"notes\"")
-    } else if begins(&["'"]) {
-        Some("JSON strings stand in double quotes")
-    } else if begins(&["."]) || token.starts_with('+') {
-        Some("JSON numbers begin with a digit or a minus")
-    } else {
-        None
+fn hint(token: &str) -> Option<&'static str> {
+    match token.trim_start_matches(['-', '+']).to_lowercase().as_str() {
+        "nan" | "inf" | "infinity" => Some("JSON has no NaN or Infinity; every number of a case is finite"),
+        word if word.starts_with("//") || word.starts_with("/*") || word.starts_with('#') => {
+            Some("JSON has no comments; put them under \"notes\"")
+        }
+        word if word.starts_with('\'') => Some("JSON strings stand in double quotes"),
+        word if word.starts_with('.') || token.starts_with('+') => Some("JSON numbers begin with a digit or a minus"),
+        _ => None,
     }
 }
 

@@ -4,10 +4,10 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::error::{json_number, number_text, percent, quote, short_number_text, text_of};
+use super::error::{number_text, percent, quote, short_number_text, text_of};
 use super::keys::choices;
 use super::provenance::Provenance;
-use super::{Along, CaseError, Motion, Pack, Projectile};
+use super::{Along, CaseError, Motion, Origin, Pack, Projectile};
 
 /// Coefficient of the shock viscosity.
 const VISCOSITY: f64 = 0.3;
@@ -171,19 +171,18 @@ choices! {
 
 /// Puts what follows from the scheme into the place of keys of the solver that are left out.
 pub(super) fn derive(document: &mut Value, record: &Provenance) {
-    let (viscosity, length, contact, stretch) = match document["solver"]["numerics"] == "paper" {
-        true => (0.0, 0.0, "nodes", "centre"),
-        false if document["projectile"]["shape"] == "bar" => (VISCOSITY_ALONG_A_BAR, FAILURE_LENGTH, "edges", "mean"),
-        false => (VISCOSITY, FAILURE_LENGTH, "edges", "mean"),
-    };
-    for (key, value, assumed) in [
-        ("shock_viscosity", json_number(viscosity), false),
-        ("failure_length_mm", json_number(length), length > 0.0),
-        ("contact_sampling", json!(contact), false),
-        ("stretch_sampling", json!(stretch), false),
+    let bar = document["projectile"]["shape"] == "bar";
+    let viscosity = if bar { VISCOSITY_ALONG_A_BAR } else { VISCOSITY };
+    let paper = document["solver"]["numerics"] == "paper";
+    for (key, own, papers, assumed) in [
+        ("shock_viscosity", json!(viscosity), json!(0), false),
+        ("failure_length_mm", json!(FAILURE_LENGTH), json!(0), true),
+        ("contact_sampling", json!("edges"), json!("nodes"), false),
+        ("stretch_sampling", json!("mean"), json!("centre"), false),
     ] {
         if document["solver"].get(key).is_none() {
-            record.derive_text(&format!("/solver/{key}"), text_of(&value), "", assumed);
+            let value = if paper { papers } else { own };
+            record.derive_text(&format!("/solver/{key}"), text_of(&value), "", assumed && !paper);
             document["solver"][key] = value;
         }
     }
@@ -203,44 +202,51 @@ impl Solver {
             let error = CaseError::at(at, "the end of the run", "nothing");
             return Err(error.help("no outcome ends this run: it has no free projectile, or run_until is \"end_time\""));
         }
-        let spans =
-            if pack.layup.is_empty() { pack.edges.span() } else { pack.layup.iter().any(|layer| layer.edges.span()) };
+        let spans = match pack.layup.is_empty() {
+            true => pack.edges.span(),
+            false => pack.layup.iter().any(|layer| layer.edges.span()),
+        };
         record.fill(at, &mut self.end_time, if spans { LONGEST } else { LONGEST_LOOSE }, "", false);
         Ok(())
     }
 }
 
 impl Output {
-    pub(super) fn check(&self, record: &Provenance) -> Result<(), CaseError> {
+    pub(super) fn check(&self) -> Result<(), CaseError> {
         let Some(index) = self.profile_times.windows(2).position(|pair| pair[0] >= pair[1]) else { return Ok(()) };
         let expected = format!("more than item {index} of \"profile_times_us\": ascending times");
-        let at = "/output/profile_times_us";
-        let times = record.number(at);
-        let found = times.trim_matches(['[', ']']).split(", ").nth(index + 1).unwrap_or_default().to_owned();
-        Err(CaseError::at(format!("{at}/{}", index + 1), expected, found))
+        let found = short_number_text(self.profile_times[index + 1] * 1e6);
+        Err(CaseError::at(format!("/output/profile_times_us/{}", index + 1), expected, found))
     }
 }
 
 /// A statement about the result, checked after the run.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[non_exhaustive]
 pub struct Expect {
-    /// Name of the quantity: any number or word of `summary.json`, any column of `history.csv` (with `at_us`),
-    /// or a measured wave quantity.
+    /// A name of summary.json, a column of history.csv, or a measured wave quantity.
+    #[schemars(length(min = 1))]
     pub quantity: String,
+    #[serde(flatten)]
+    keys: BoundKeys,
     /// Expected word, value or range.
+    #[serde(skip)]
     pub bound: Bound,
-    /// Time at which a history or profile quantity is read [s].
+    /// Time at which the quantity is read [s].
+    #[schemars(rename = "at_us", range(min = 0, max = 1e9))]
     pub at: Option<f64>,
-    /// Interval over which a speed or frequency is measured [s].
+    /// Interval of a measured speed or frequency [s].
+    #[schemars(rename = "between_us", inner(range(min = 0, max = 1e9)))]
     pub between: Option<[f64; 2]>,
     /// Where the statement comes from.
+    #[schemars(length(min = 1))]
     pub source: String,
-    /// Why it is known not to hold; empty: it must.
-    pub known_difference: String,
+    /// Why the statement is known not to hold: shown, and no failure.
+    #[schemars(length(min = 1))]
+    pub known_difference: Option<String>,
 }
 
-/// The expectation itself.
+/// What is expected.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Bound {
@@ -262,11 +268,15 @@ pub enum Bound {
     },
 }
 
-#[derive(Debug, Deserialize, JsonSchema)]
-pub(super) struct ExpectKeys {
-    /// A name of summary.json, a column of history.csv, or a measured wave quantity.
-    #[schemars(length(min = 1))]
-    quantity: String,
+impl Default for Bound {
+    fn default() -> Self {
+        Self::Range { min: f64::NEG_INFINITY, max: f64::INFINITY }
+    }
+}
+
+/// Keys of a [`Bound`].
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+struct BoundKeys {
     /// The expected number or word.
     value: Option<NumberOrWord>,
     /// Least value; instead of value.
@@ -277,96 +287,71 @@ pub(super) struct ExpectKeys {
     max: Option<f64>,
     /// Allowed difference from a number, absolute or "1%".
     tolerance: Option<Tolerance>,
-    /// Time at which the quantity is read.
-    #[schemars(rename = "at_us", range(min = 0, max = 1e9))]
-    at: Option<f64>,
-    /// Interval of a measured speed or frequency.
-    #[schemars(rename = "between_us", inner(range(min = 0, max = 1e9)))]
-    between: Option<[f64; 2]>,
-    /// Where the statement comes from.
-    #[schemars(length(min = 1))]
-    source: String,
-    /// Why the statement is known not to hold: shown, and no failure.
-    #[schemars(length(min = 1))]
-    known_difference: Option<String>,
 }
 
-#[derive(Debug, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(untagged)]
 enum NumberOrWord {
     Number(#[schemars(range(min = -1e15, max = 1e15))] f64),
     Word(String),
 }
 
-#[derive(Debug, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(untagged)]
 enum Tolerance {
     Absolute(#[schemars(range(min = 0, max = 1e15))] f64),
     Percent(#[schemars(extend("pattern" = "%$"))] String),
 }
 
-impl ExpectKeys {
-    /// The statement at a pointer.
-    pub(super) fn expect(self, at: &str) -> Result<Expect, CaseError> {
-        let bound = self.bound(at)?;
-        if let Some([first, last]) = self.between {
-            let us = |time: f64| short_number_text(time * 1e6);
-            let refused =
-                |expected: &str, found: String| Err(CaseError::at(format!("{at}/between_us"), expected, found));
-            if first >= last {
-                return refused("two times, the earlier one first", format!("[{},{}]", us(first), us(last)));
-            }
-            if self.at.is_some() {
-                return refused("either \"at_us\" or \"between_us\"", "both".to_owned());
-            }
-        }
-        let Self { quantity, at, between, source, .. } = self;
-        let known_difference = self.known_difference.unwrap_or_default();
-        Ok(Expect { quantity, bound, at, between, source, known_difference })
-    }
-
+impl BoundKeys {
     fn bound(&self, at: &str) -> Result<Bound, CaseError> {
         let refused =
-            |key: &str, expected: &str, found: String| Err(CaseError::at(format!("{at}{key}"), expected, found));
-        let in_words = |tolerance: &Tolerance| match tolerance {
-            Tolerance::Absolute(number) => number_text(*number),
-            Tolerance::Percent(text) => quote(text),
+            |key: &str, expected: &str, found: &str| Err(CaseError::at(format!("{at}{key}"), expected, found));
+        let is_ranged = self.min.is_some() || self.max.is_some();
+        let tolerance = match &self.tolerance {
+            Some(Tolerance::Absolute(number)) => number_text(*number),
+            Some(Tolerance::Percent(text)) => quote(text),
+            None => "nothing".to_owned(),
         };
-        let ranged = self.min.is_some() || self.max.is_some();
         match (&self.value, &self.tolerance) {
-            (Some(_), _) if ranged => refused("/value", "either \"value\" or \"min\" and \"max\"", "both".to_owned()),
+            (Some(_), _) if is_ranged => refused("/value", "either \"value\" or \"min\" and \"max\"", "both"),
             (Some(NumberOrWord::Word(word)), None) => Ok(Bound::Word(word.clone())),
-            (Some(NumberOrWord::Word(_)), Some(tolerance)) => {
-                refused("/tolerance", "no tolerance with a word as value", in_words(tolerance))
+            (Some(NumberOrWord::Word(_)), _) => refused("/tolerance", "no tolerance with a word as value", &tolerance),
+            (&Some(NumberOrWord::Number(value)), Some(Tolerance::Absolute(tolerance))) => {
+                Ok(Bound::Value { value, tolerance: *tolerance })
+            }
+            (&Some(NumberOrWord::Number(value)), Some(Tolerance::Percent(text))) => {
+                Ok(Bound::Value { value, tolerance: percent(text).unwrap_or_default() * value.abs() })
             }
             (Some(NumberOrWord::Number(_)), None) => {
-                let expected = "a tolerance with a number as value, absolute or like \"1%\"";
-                refused("/tolerance", expected, "nothing".to_owned())
+                refused("/tolerance", "a tolerance with a number as value, absolute or like \"1%\"", &tolerance)
             }
-            (Some(NumberOrWord::Number(value)), Some(tolerance)) => {
-                let tolerance = match tolerance {
-                    Tolerance::Absolute(number) => *number,
-                    Tolerance::Percent(text) => percent(text).unwrap_or_default() * value.abs(),
-                };
-                Ok(Bound::Value { value: *value, tolerance })
-            }
-            (None, Some(tolerance)) => refused("/tolerance", "no tolerance without \"value\"", in_words(tolerance)),
-            (None, None) if !ranged => refused("", "\"value\", \"min\" or \"max\"", "none of them".to_owned()),
-            (None, None) => {
-                let (min, max) = (self.min.unwrap_or(f64::NEG_INFINITY), self.max.unwrap_or(f64::INFINITY));
-                if min > max {
-                    let expected = format!("at most max, which is {}", number_text(max));
-                    return refused("/min", &expected, number_text(min));
+            (None, Some(_)) => refused("/tolerance", "no tolerance without \"value\"", &tolerance),
+            (None, None) if !is_ranged => refused("", "\"value\", \"min\" or \"max\"", "none of them"),
+            (None, None) => match (self.min.unwrap_or(f64::NEG_INFINITY), self.max.unwrap_or(f64::INFINITY)) {
+                (min, max) if min > max => {
+                    refused("/min", &format!("at most max, which is {}", number_text(max)), &number_text(min))
                 }
-                Ok(Bound::Range { min, max })
-            }
+                (min, max) => Ok(Bound::Range { min, max }),
+            },
         }
     }
 }
 
 impl Expect {
-    /// The statement in words.
-    pub(super) fn in_words(&self) -> String {
+    /// Completes, checks and records the statement with this index.
+    pub(super) fn complete(&mut self, index: usize, record: &Provenance) -> Result<(), CaseError> {
+        let at = format!("/expect/{index}");
+        self.bound = self.keys.bound(&at)?;
+        let between = self.between.filter(|[first, last]| first >= last || self.at.is_some());
+        if let Some([first, last]) = between {
+            let us = |time: f64| short_number_text(time * 1e6);
+            let (expected, found) = match first >= last {
+                true => ("two times, the earlier one first", format!("[{},{}]", us(first), us(last))),
+                false => ("either \"at_us\" or \"between_us\"", "both".to_owned()),
+            };
+            return Err(CaseError::at(format!("{at}/between_us"), expected, found));
+        }
         let bound = match &self.bound {
             Bound::Word(word) => format!("= {}", quote(word)),
             Bound::Value { value, tolerance } => format!("= {} ± {}", number_text(*value), number_text(*tolerance)),
@@ -374,6 +359,7 @@ impl Expect {
             Bound::Range { min, max } if *min == f64::NEG_INFINITY => format!("≤ {}", number_text(*max)),
             Bound::Range { min, max } => format!("in [{}, {}]", number_text(*min), number_text(*max)),
         };
-        format!("{} {bound}", self.quantity)
+        record.note(&at, format!("{} {bound}", self.quantity), "", Origin::Read, &self.source);
+        Ok(())
     }
 }

@@ -5,7 +5,7 @@ use super::breakage::Breakage;
 use super::number::short;
 use super::plot::{self, Figure, Plot};
 use super::summary::residual_velocity;
-use crate::case::{Case, Word};
+use crate::case::Case;
 use crate::run::outcome::Outcome;
 use crate::run::{DeflectionProfile, PlySample, Run, Sample};
 

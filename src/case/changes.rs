@@ -1,0 +1,350 @@
+//! Changes of a document: `--set /json/pointer=value`, and cases written in Rust, which are the same document as a file's.
+
+use serde_json::{Map, Value, json};
+use twox_hash::XxHash3_64;
+
+use super::error::{describe, index, is_at_or_below, nearest, quote, text_of, unescape};
+use super::fabric::{around, holds_fabrics, make_own};
+use super::keys::{lookup, object, pointers};
+use super::provenance::is_assumed;
+use super::{BuiltInFabric, Case, CaseError, Edge, read};
+
+/// The source of what a user changes on the command line, and the first word of the place of its errors.
+pub(super) const FLAG: &str = "--set";
+/// The source of a value that a program sets, of which nothing else is said.
+const BY: &str = "set by a program";
+/// Values longer than this stand in names as a hash [characters].
+const LONGEST_VALUE: usize = 24;
+/// Names of changes longer than this become a hash [characters].
+const LONGEST_NAME: usize = 100;
+
+/// One change: the pointer and the value it gets.
+pub(super) struct Change {
+    pub(super) pointer: String,
+    value: Value,
+}
+
+/// Reads `/json/pointer=value`; a value that is not JSON is a word.
+pub(super) fn parse(text: &str) -> Result<Change, CaseError> {
+    let refused = |place: &str, expected: &str, found: &str| {
+        let help = "for example --set /projectile/velocity_m_s=200";
+        Err(CaseError::at(located(place), expected, found).help(help))
+    };
+    let form = "/json/pointer=value";
+    match text.split_once('=') {
+        None => refused(text, form, &format!("{}, which has no =", quote(text))),
+        Some((pointer, _)) if !is_pointer(pointer) => refused(text, form, &format!("the pointer {}", quote(pointer))),
+        Some((pointer, value)) if value.trim().is_empty() => refused(pointer, "a value after =", "nothing"),
+        Some((pointer, value)) => match read::parse(value) {
+            Ok(value) => Change::new(pointer, value),
+            Err(error) if value.trim_start().starts_with(['{', '[', '"']) => {
+                let found = format!("{} ({})", error.found, error.location);
+                Err(CaseError { location: located(pointer), found, ..error })
+            }
+            Err(_) => Change::new(pointer, Value::from(value.trim())),
+        },
+    }
+}
+
+/// Whether a text can be a pointer to a key.
+fn is_pointer(text: &str) -> bool {
+    text.starts_with('/') && !text.ends_with('/') && !text.contains("//")
+}
+
+/// Place of an error that a change on the command line caused.
+pub(super) fn located(pointer: &str) -> String {
+    let short: String = pointer.chars().filter(|c| !c.is_control()).take(200).collect();
+    format!("{FLAG} {short}")
+}
+
+impl Change {
+    /// A change to a value that is at hand.
+    fn new(pointer: &str, value: Value) -> Result<Self, CaseError> {
+        if !is_pointer(pointer) {
+            let expected = "a JSON pointer, for example /projectile/velocity_m_s";
+            return Err(CaseError::at(pointer, expected, quote(pointer)));
+        }
+        // Another file replaces a fabric whole, written out in the case or not.
+        Ok(match pointer.strip_suffix("/file").filter(|place| around(place) == Some(place)) {
+            Some(place) => Self { pointer: place.to_owned(), value: json!({"file": value}) },
+            None => Self { pointer: pointer.to_owned(), value },
+        })
+    }
+
+    /// Whether the change decides which fabrics there are, so that it comes before fabric files are read.
+    pub(super) fn chooses_fabric(&self) -> bool {
+        let with_layup = self.pointer == "/pack" && self.value.get("layup").is_some();
+        self.is_fabric() || holds_fabrics(&self.pointer) || with_layup
+    }
+
+    fn is_fabric(&self) -> bool {
+        around(&self.pointer) == Some(self.pointer.as_str())
+    }
+
+    /// Puts the value in its place, creating objects that the case file knows.
+    fn put(&self, document: &mut Value) -> Result<(), CaseError> {
+        if let Some(place) = around(&self.pointer).filter(|place| *place != self.pointer) {
+            make_own(document, place);
+        }
+        let (mut node, mut above) = (document, "");
+        for (at, _) in self.pointer.match_indices('/').skip(1) {
+            let place = &self.pointer[..at];
+            let part = &place[above.len() + 1..];
+            node = match node {
+                Value::Object(map) => child(map, &unescape(part), place)?,
+                Value::Array(items) => item(items, part, place)?,
+                other => return Err(no_children(above, Some(other))),
+            };
+            above = place;
+        }
+        let last = &self.pointer[above.len() + 1..];
+        match node {
+            Value::Object(map) => drop(map.insert(unescape(last), self.value.clone())),
+            Value::Array(items) => *item(items, last, &self.pointer)? = self.value.clone(),
+            other => return Err(no_children(above, Some(other))),
+        }
+        Ok(())
+    }
+
+    /// Makes the change, and drops what the case says about the old value: the source of the new one is `by`.
+    pub(super) fn apply(&self, document: &mut Value, by: &str) -> Result<(), CaseError> {
+        self.put(document)?;
+        if ["/title", "/notes", "/expect", "/sources"].iter().any(|above| is_at_or_below(&self.pointer, above)) {
+            return Ok(());
+        }
+        let Some(sources) = sources(document) else { return Ok(()) };
+        let covering = sources.iter().filter(|(above, _)| is_at_or_below(&self.pointer, above));
+        let nearest = covering.max_by_key(|(above, _)| above.len()).and_then(|(_, text)| text.as_str());
+        let text = if nearest.is_some_and(is_assumed) { format!("assumed, {by}") } else { by.to_owned() };
+        sources.retain(|pointer, _| !is_at_or_below(pointer, &self.pointer));
+        // A fabric's file brings its own sources.
+        if !(self.is_fabric() && self.value.get("file").is_some()) {
+            sources.insert(self.pointer.clone(), Value::from(text));
+        }
+        Ok(())
+    }
+}
+
+/// The sources of a document; `None` where they are no object.
+pub(super) fn sources(document: &mut Value) -> Option<&mut Map<String, Value>> {
+    document.as_object_mut()?.entry("sources").or_insert_with(|| json!({})).as_object_mut()
+}
+
+/// Value at a key, created where the case file knows it: an object, or the default list.
+fn child<'a>(map: &'a mut Map<String, Value>, name: &str, place: &str) -> Result<&'a mut Value, CaseError> {
+    if map.get(name).is_none_or(Value::is_null) {
+        let Some(key) = lookup(place) else {
+            let known = pointers();
+            let near = nearest(place, known.iter().map(String::as_str)).map(|near| format!("did you mean {near}?"));
+            let error = CaseError::at(place, "a pointer into the case", format!("nothing at {}", quote(place)));
+            return Err(CaseError { help: near, ..error });
+        };
+        let created = match &key.node["default"] {
+            list @ Value::Array(_) => list.clone(),
+            _ if key.node["type"] != "array" && object(key.node).is_some() => json!({}),
+            _ if key.node.get("propertyNames").is_some() => json!({}),
+            _ => return Err(no_children(place, map.get(name))),
+        };
+        map.insert(name.to_owned(), created);
+    }
+    Ok(map.entry(name).or_insert(Value::Null))
+}
+
+fn item<'a>(items: &'a mut [Value], part: &str, place: &str) -> Result<&'a mut Value, CaseError> {
+    let expected = match items.len() {
+        0 => "another pointer: the list is empty".to_owned(),
+        count => format!("an index from 0 to {}", count - 1),
+    };
+    let found = index(part).and_then(|index| items.get_mut(index));
+    found.ok_or_else(|| CaseError::at(place, expected, quote(part)))
+}
+
+fn no_children(place: &str, found: Option<&Value>) -> CaseError {
+    let found = found.map_or_else(|| "nothing".to_owned(), describe);
+    CaseError::at(place, format!("an object or a list at {place}"), found).help(format!("set {place} as a whole"))
+}
+
+/// The last part of a pointer, with the one before it where other keys end alike.
+fn short_name(pointer: &str) -> String {
+    let mut parts = pointer.rsplit('/');
+    let [last, above] = [(); 2].map(|()| parts.next().unwrap_or_default());
+    let alike = pointers().iter().filter(|known| known.rsplit('/').next() == Some(last)).count();
+    let is_alone = above.is_empty() || alike <= 1 && lookup(pointer).is_some() && index(last).is_none();
+    if is_alone { last.to_owned() } else { format!("{above}.{last}") }
+}
+
+/// A change for the name of a folder: `+velocity_m_s=200`; any file system takes it.
+fn in_name(name: &str, value: &Value) -> String {
+    let plain = |c: char, more: &str| c.is_ascii_alphanumeric() || more.contains(c);
+    let name: String = name.chars().map(|c| if plain(c, "._") { c } else { '_' }).collect();
+    let text = text_of(value);
+    match text.chars().count() <= LONGEST_VALUE && text.chars().all(|c| plain(c, ".-_")) {
+        true => format!("+{name}={text}"),
+        false => format!("+{name}={}", hash(&value.to_string())),
+    }
+}
+
+fn hash(text: &str) -> String {
+    format!("{:08x}", (XxHash3_64::oneshot(text.as_bytes()) >> 32) as u32)
+}
+
+impl Case {
+    /// Names the changes that a case was read with in its title and its name, so that its results are not taken for those of the file.
+    pub fn name_changes(&mut self, sets: &[String]) {
+        let sets: Vec<Change> = sets.iter().filter_map(|text| parse(text).ok()).collect();
+        let same_shot = ["/$schema", "/title", "/notes", "/expect", "/sources", "/output"];
+        let is_last = |(at, set): &(usize, &Change)| !sets[at + 1..].iter().any(|later| later.pointer == set.pointer);
+        let kept = sets.iter().enumerate().filter(is_last).map(|(_, set)| set);
+        let kept = kept.filter(|set| !same_shot.iter().any(|above| is_at_or_below(&set.pointer, above)));
+        let changes: Vec<(String, &Value)> = kept.map(|set| (short_name(&set.pointer), &set.value)).collect();
+        let name: String = changes.iter().map(|(name, value)| in_name(name, value)).collect();
+        self.name += &match name.len() <= LONGEST_NAME {
+            true => name,
+            false => format!("+{}-changes-{}", changes.len(), hash(&name)),
+        };
+        if changes.is_empty() || sets.iter().any(|set| set.pointer == "/title") {
+            return;
+        }
+        let words: Vec<String> = changes.iter().map(|(name, value)| format!("{name} = {}", text_of(value))).collect();
+        self.title += &format!(" [{}]", words.join(", "));
+        self.as_run["title"] = json!(self.title);
+    }
+
+    /// A case to be written in Rust, with this title. Fabric and size have to be given, and all of a projectile where there is one.
+    pub fn builder(title: impl Into<String>) -> CaseBuilder {
+        CaseBuilder { name: "case".to_owned(), document: Ok(json!({"title": title.into()})) }
+    }
+
+    /// The case with another value for the key that a JSON pointer names, checked like a new one; name and title stay.
+    ///
+    /// ```
+    /// # let case = ripstop::Case::builder("a ply").fabric(ripstop::BuiltInFabric::S720).size_mm(40.0, 40.0)
+    /// #     .sphere_mm(6.0).mass_g(1.0).velocity_m_s(120.0).build()?;
+    /// let faster = case.with("/projectile/velocity_m_s", 150)?;
+    /// # assert_eq!(faster.projectile.map(|projectile| projectile.velocity), Some(150.0));
+    /// # Ok::<(), ripstop::CaseError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// The refusal of the case so changed.
+    pub fn with(&self, pointer: &str, value: impl Into<Value>) -> Result<Self, CaseError> {
+        let folder = Some(&*self.path).filter(|path| path.is_file()).map(read::folder_of);
+        let change = Change::new(pointer, value.into()).map_err(|error| error.in_file(&self.name))?;
+        let changed = read::assemble_document(&self.name, self.as_run.clone(), &[change], BY, folder)?;
+        Ok(Self { name: self.name.clone(), path: self.path.clone(), ..changed })
+    }
+}
+
+/// A case in the making. Methods are named as the keys of a case file, units included.
+///
+/// A key that has no method here is given by [`CaseBuilder::set`]. Nothing is checked before [`CaseBuilder::build`]. A value of which
+/// nothing else is said has the source `set by a program`.
+///
+/// ```
+/// use ripstop::{BuiltInFabric, Case, Edge};
+///
+/// let case = Case::builder("a small ply")
+///     .fabric(BuiltInFabric::S720)
+///     .size_mm(40.0, 40.0)
+///     .edges(Edge::Clamped)
+///     .sphere_mm(6.0)
+///     .density_kg_m3(7850.0)
+///     .velocity_m_s(120.0)
+///     .set("/projectile/obliquity_deg", 30)
+///     .build()?;
+/// assert_eq!(case.pack.plies, 1);
+/// # Ok::<(), ripstop::CaseError>(())
+/// ```
+#[derive(Clone, Debug)]
+#[must_use]
+pub struct CaseBuilder {
+    name: String,
+    document: Result<Value, CaseError>,
+}
+
+impl CaseBuilder {
+    /// The name of the case in errors, and of the folder of its results; `case` where none is given.
+    pub fn name(mut self, name: impl Into<String>) -> Self {
+        self.name = name.into();
+        self
+    }
+
+    /// A fabric that comes with ripstop.
+    pub fn fabric(self, fabric: BuiltInFabric) -> Self {
+        self.set("/fabric", json!({"file": fabric.file()}))
+    }
+
+    /// Size of the pack along warp and along weft [mm].
+    pub fn size_mm(self, width: f64, height: f64) -> Self {
+        self.set("/pack/width_mm", width).set("/pack/height_mm", height)
+    }
+
+    /// Plies of the pack; one where nothing is said.
+    pub fn plies(self, plies: u32) -> Self {
+        self.set("/pack/plies", plies)
+    }
+
+    /// Boundary condition of all four edges.
+    pub fn edges(self, edges: Edge) -> Self {
+        self.set("/pack/edges", edges.word())
+    }
+
+    /// A sphere strikes the pack.
+    pub fn sphere_mm(self, diameter: f64) -> Self {
+        self.set("/projectile/shape", "sphere").set("/projectile/diameter_mm", diameter)
+    }
+
+    /// A cylinder strikes the pack with its flat face.
+    pub fn cylinder_mm(self, diameter: f64, length: f64) -> Self {
+        let cylinder = self.set("/projectile/shape", "cylinder").set("/projectile/diameter_mm", diameter);
+        cylinder.set("/projectile/length_mm", length)
+    }
+
+    /// Mass of the projectile [g].
+    pub fn mass_g(self, mass: f64) -> Self {
+        self.set("/projectile/mass_g", mass)
+    }
+
+    /// Density of the projectile, from which its mass follows [kg/m³].
+    pub fn density_kg_m3(self, density: f64) -> Self {
+        self.set("/projectile/density_kg_m3", density)
+    }
+
+    /// Impact velocity [m/s].
+    pub fn velocity_m_s(self, velocity: f64) -> Self {
+        self.set("/projectile/velocity_m_s", velocity)
+    }
+
+    /// When the run ends, if its outcome is not known before [µs].
+    pub fn end_time_us(self, time: f64) -> Self {
+        self.set("/solver/end_time_us", time)
+    }
+
+    /// Where the value of a key, or of all keys below it, comes from; a text that begins with `assumed` marks it as assumed.
+    pub fn source(mut self, pointer: &str, text: impl Into<String>) -> Self {
+        if let Ok(document) = &mut self.document {
+            document["sources"][pointer] = Value::from(text.into());
+        }
+        self
+    }
+
+    /// Any key of a case file by its JSON pointer, in the unit that the key ends in.
+    pub fn set(mut self, pointer: &str, value: impl Into<Value>) -> Self {
+        let put = |mut document: Value| Change::new(pointer, value.into())?.put(&mut document).map(|()| document);
+        self.document = self.document.and_then(put);
+        self
+    }
+
+    /// The case, completed and checked like that of a file.
+    ///
+    /// # Errors
+    /// Everything that is wrong key by key, else the first thing that does not go together.
+    pub fn build(self) -> Result<Case, CaseError> {
+        let mut document = self.document.map_err(|error| error.in_file(&self.name))?;
+        if let Some(sources) = sources(&mut document) {
+            sources.entry("").or_insert_with(|| json!(BY));
+        }
+        let case = read::assemble_document(&self.name, document, &[], BY, None)?;
+        Ok(Case { name: self.name, ..case })
+    }
+}
