@@ -19,7 +19,6 @@ use serde_json::{Map, Value, json};
 
 use super::Case;
 use super::error::{index, list, number_text, percent, quote, text_of, whole};
-use crate::markdown;
 
 /// Unit of a key: its sign; SI = value · numerator / denominator, so that decimal factors round once.
 pub(super) struct Unit(&'static str, f64, f64);
@@ -456,11 +455,17 @@ fn publish(node: &mut Value) {
 pub fn reference() -> String {
     let mut objects = vec![("The whole case".to_owned(), &*CASE)];
     collect("", &CASE, &mut objects);
-    let rows = |node| {
-        keys(node).into_iter().map(|key| vec![format!("`{}`", key.name), value(&key), left_out(&key), meaning(&key)])
+    // A bar inside a cell does not end it.
+    let cell =
+        |text: String| if text.is_empty() { "| ".to_owned() } else { format!("| {} ", text.replace('|', "\\|")) };
+    let row = |key: &Key| {
+        let cells = [format!("`{}`", key.name), value(key), left_out(key), meaning(key)];
+        cells.map(cell).concat() + "|\n"
     };
-    let table = |node| markdown::table(&["key", "value", "if left out", "meaning"], rows(node));
-    let tables: Vec<String> = objects.iter().map(|(title, node)| format!("## {title}\n\n{}", table(*node))).collect();
+    let head = "| key | value | if left out | meaning |\n|---|---|---|---|\n";
+    let rows = |node| keys(node).iter().map(row).collect::<String>();
+    let tables: Vec<String> =
+        objects.iter().map(|(title, node)| format!("## {title}\n\n{head}{}", rows(*node))).collect();
     tables.join("\n")
 }
 
