@@ -1,10 +1,10 @@
 //! The command line: its commands, arguments that several of them have, values of options, and cases from files and standard input.
 
-use std::fs::File;
-use std::io::{self, Read};
+use std::io;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
+use clap::builder::RangedU64ValueParser;
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 use ripstop::case::{self, Case, CaseError};
 use ripstop::num::link::Link;
@@ -18,8 +18,6 @@ use super::failure::CommandFailure;
 use super::new::NewArguments;
 use super::run::{ResumeArguments, RunArguments};
 
-/// Size of a case or fabric at most [bytes].
-const MAX_BYTES: u64 = 1 << 20;
 /// Largest stretch that is solved.
 const MAX_STRETCH: f64 = 2.0;
 /// Values in a range at most.
@@ -88,7 +86,7 @@ pub(crate) struct BackendArguments {
     #[arg(long, value_name = "NAME|INDEX")]
     pub(crate) adapter: Option<String>,
     /// Worker threads [default: all cores]; results do not depend on it
-    #[arg(long, value_name = "N", value_parser = threads)]
+    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
     pub(crate) threads: Option<usize>,
 }
 
@@ -245,7 +243,7 @@ pub(crate) struct FitArguments {
     /// Two-sided confidence of the intervals, such as 0.9 or 95%
     #[arg(long, value_name = "LEVEL", value_parser = level, default_value = "0.9", allow_hyphen_values = true)]
     pub(crate) level: f64,
-    /// Folder for fit.json, fit.svg and fit.html [default: none is written]
+    /// Folder for fit.json and fit.html [default: none is written]
     #[arg(long, short, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     #[command(flatten)]
@@ -266,7 +264,7 @@ impl<'a> Source<'a> {
         if path != Path::new("-") {
             return Ok(Self::File(path));
         }
-        let text = limited(io::stdin());
+        let text = io::read_to_string(io::stdin());
         text.map(Self::Piped).map_err(|error| CommandFailure::expected("standard input", "a case", error))
     }
 
@@ -281,27 +279,10 @@ impl<'a> Source<'a> {
     }
 }
 
-/// Text of a file.
-pub(crate) fn text(path: &str) -> io::Result<String> {
-    limited(File::open(path)?)
-}
-
-/// Text of a reader that may have no end.
-fn limited(reader: impl Read) -> io::Result<String> {
-    let mut text = String::new();
-    reader.take(MAX_BYTES + 1).read_to_string(&mut text)?;
-    if text.len() as u64 > MAX_BYTES { Err(io::Error::other("more than 1 MiB")) } else { Ok(text) }
-}
-
 /// A number that fits.
 fn number(text: &str, expected: &str, fits: impl Fn(f64) -> bool) -> Result<f64, String> {
     let number = text.trim().parse().ok().filter(|number| fits(*number));
     number.ok_or_else(|| format!("expected {expected}, found {text:?}"))
-}
-
-fn threads(text: &str) -> Result<usize, String> {
-    let fits = |count: f64| count.fract() == 0.0 && (1.0..=1024.0).contains(&count);
-    number(text, "a number of threads from 1 to 1024", fits).map(|count| count as usize)
 }
 
 /// A number above 0, or a percentage with its sign, as a fraction up to `most`.

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use clap::Args;
-use ripstop::case::{self, Case};
+use ripstop::case;
 use ripstop::num::simd::Vectors;
 use ripstop::output::expect::{expected, got, quantity};
 use ripstop::output::number::{fixed, fraction, short};
@@ -99,7 +99,7 @@ pub(crate) fn bench(arguments: &BenchArguments) -> Result<(), CommandFailure> {
         path.map_or_else(|| case::from_str(PAPER.0, PAPER.1, &sets), |path| case::read(path, &sets))
     };
     for path in &paths {
-        measurable(&read(*path, &[])?)?;
+        read(*path, &[])?;
     }
     let chosen = choose(&arguments.backend, None, &arguments.print)?;
     let folder = Folder::prepare_for(&arguments.out, &[FILE], &paths.iter().flatten().copied().collect::<Vec<_>>())?;
@@ -152,17 +152,6 @@ fn choose(
     let chosen = backend::choose(arguments, BackendChoice::Auto, precision)?;
     chosen.note.iter().filter(|_| !print.quiet).for_each(|note| terminal::complain(note));
     Ok(chosen)
-}
-
-/// Refuses a case whose velocity history says nothing.
-fn measurable(case: &Case) -> Result<(), CommandFailure> {
-    if output::flies_freely(case) {
-        return Ok(());
-    }
-    let place = format!("{}: /projectile", case.path.display());
-    let expected = "a projectile that flies freely, whose velocity can be compared";
-    let found = if case.projectile.is_some() { "one that is driven" } else { "none" };
-    Err(CommandFailure::expected(place, expected, found).help("take a case with \"motion\": \"free\""))
 }
 
 /// Word of a cell of `bench.json`.

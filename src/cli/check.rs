@@ -305,18 +305,10 @@ fn csv_text(points: &[CurvePoint]) -> String {
 
 fn table_text(fabric: &Fabric, law: CurveLaw, points: &[CurvePoint]) -> String {
     let heads = ["Λ warp", "Λ weft", "T warp N", "T weft N", "F N", "h warp mm", "h weft mm", "ε warp", "ε weft"];
-    let mut table = TextTable::plain(&[&[Align::Right; 9][..], &[Align::Left]].concat());
+    let mut table = TextTable::plain(&[Align::Right; 9]);
     table.row(heads);
     for point in points {
-        let broken = [0, 1].map(|yarn| point.is_broken(fabric, yarn));
-        let note = match broken {
-            [true, true] => "beyond failure of both",
-            [true, false] => "beyond failure of the warp",
-            [false, true] => "beyond failure of the weft",
-            _ => "",
-        };
-        let numbers = point.numbers().map(|(_, number)| short(number, 6));
-        table.row(numbers.into_iter().take(heads.len()).chain([note.to_owned()]));
+        table.row(point.numbers().into_iter().take(heads.len()).map(|(_, number)| short(number, 6)));
     }
     format!("{}, {} law\n\n{table}", fabric.name, word(law))
 }

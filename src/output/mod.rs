@@ -29,8 +29,6 @@ pub use animation::{AnimatedPly, Animation, Keyframe};
 pub use breakage::Breakage;
 pub use checkpoint::CheckpointWriter;
 pub use expect::check;
-#[doc(hidden)]
-pub use folder::temporary;
 pub use folder::{CHECKPOINT, Folder, OutputError, StagedFrames};
 pub use summary::{Energies, Verdict, absorbed_energy, costs, flies_freely, residual_velocity, summary, verdict};
 #[doc(hidden)]

@@ -37,15 +37,6 @@ pub fn us(time: f64) -> String {
     format!("{} µs", short(time * 1e6, 5))
 }
 
-/// A time someone waits [s], in the unit that suits.
-pub fn duration(seconds: f64) -> String {
-    match seconds {
-        ..99.5 => format!("{seconds:.0} s"),
-        ..5970.0 => format!("{:.0} min", seconds / 60.0),
-        _ => format!("{:.1} h", seconds / 3600.0),
-    }
-}
-
 /// A whole number in groups of three.
 pub fn grouped(count: u64) -> String {
     let digits = count.to_string();

@@ -6,7 +6,7 @@ use super::fit::Fit;
 use super::limit::{Limit, ResidualModel};
 use super::v50_result::{ThresholdSample, V50Result};
 use crate::output::number::short;
-use crate::output::plot::{self, Figure, Plot};
+use crate::output::plot::{Figure, Plot};
 use crate::output::report::{figure, page, table};
 
 /// Points of a curve.
@@ -89,12 +89,6 @@ impl Report {
             p class="note" { "ripstop " (env!("CARGO_PKG_VERSION")) ". All numbers are in " (numbers) "." }
         };
         page(title, "", &body)
-    }
-
-    /// Picture of the figures beside each other, under a title.
-    pub fn svg(&self, title: &str) -> String {
-        let plots: Vec<Plot> = self.panels.iter().filter_map(|panel| panel.plot.clone()).collect();
-        plot::file(title, "", &plots)
     }
 }
 

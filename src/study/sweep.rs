@@ -9,7 +9,7 @@ use std::{fs, iter};
 
 use serde_json::{Map, Value, json};
 
-use super::batch::{self, BatchError, BatchOptions, BatchProgress, ShotOrder, is_begun};
+use super::batch::{self, BatchError, BatchOptions, BatchProgress, PLAN, ShotOrder};
 use super::report::{Report, ReportTable, ends, roomy};
 use super::shots::{self, ShotRow, ShotsRequest};
 use super::v50::{self, V50Request};
@@ -207,7 +207,7 @@ impl<'a> Sweep<'a> {
     fn batch(&self, number: usize, files: &[&str]) -> Result<(&'a Case, Folder, BatchOptions<'a>), BatchError> {
         let path = self.folder.join(format!("{number:04}"));
         let folder = Folder::prepare_for(&path, files, &[])?;
-        let options = BatchOptions { resume: is_begun(&path), progress: &|_| {}, ..*self.options };
+        let options = BatchOptions { resume: path.join(PLAN).is_file(), progress: &|_| {}, ..*self.options };
         Ok((&self.request.points[number].1, folder, options))
     }
 
