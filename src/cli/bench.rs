@@ -16,7 +16,7 @@ use ripstop::study::bench::{self, BenchError, BenchPlan};
 use serde_json::{Value, json};
 
 use super::arguments::{BackendArguments, BackendChoice, PrintArguments, tolerance};
-use super::backend::{self, Chosen};
+use super::backend;
 use super::failure::CommandFailure;
 use super::terminal::{self, Align, TextTable};
 
@@ -101,7 +101,7 @@ pub(crate) fn bench(arguments: &BenchArguments) -> Result<(), CommandFailure> {
     for path in &paths {
         read(*path, &[])?;
     }
-    let chosen = choose(&arguments.backend, None, &arguments.print)?;
+    let chosen = backend::choose(&arguments.backend, BackendChoice::Auto, None, &arguments.print)?;
     let folder = Folder::prepare_for(&arguments.out, &[FILE], &paths.iter().flatten().copied().collect::<Vec<_>>())?;
     let plan = BenchPlan { threads: arguments.backend.threads, device: chosen.device.as_ref(), tolerance };
     let mut measured: Vec<Value> = Vec::new();
@@ -141,17 +141,6 @@ pub(crate) fn bench(arguments: &BenchArguments) -> Result<(), CommandFailure> {
     failed.map_or(Ok(()), |(case, why)| {
         Err(CommandFailure::check(format!("error: {}: the reference did not end\n  found: {why}", word(case))))
     })
-}
-
-/// Opens the backend that the arguments ask for, and says what `auto` took.
-fn choose(
-    arguments: &BackendArguments,
-    precision: Option<Precision>,
-    print: &PrintArguments,
-) -> Result<Chosen, CommandFailure> {
-    let chosen = backend::choose(arguments, BackendChoice::Auto, precision)?;
-    chosen.note.iter().filter(|_| !print.quiet).for_each(|note| terminal::complain(note));
-    Ok(chosen)
 }
 
 /// Word of a cell of `bench.json`.
@@ -203,7 +192,7 @@ fn text(measured: &Value, tolerance: f64) -> String {
 /// Runs every case and prints a line for each expectation; exit code 1 if one fails.
 pub(crate) fn verify(arguments: &VerifyArguments) -> Result<(), CommandFailure> {
     let interrupted = terminal::watch_interrupts()?;
-    let chosen = choose(&arguments.backend, arguments.precision, &arguments.print)?;
+    let chosen = backend::choose(&arguments.backend, BackendChoice::Auto, arguments.precision, &arguments.print)?;
     terminal::begin_bar(&arguments.print);
     let mut rows: Vec<Value> = Vec::new();
     for (name, text) in CASES {

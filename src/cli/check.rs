@@ -248,7 +248,8 @@ pub(crate) fn explain(arguments: &ExplainArguments) -> Result<(), CommandFailure
             .map(|kind| (format!("{} {}", terminal::caution(kind.code), kind.name), kind.measured.to_owned()));
         let [exits, kinds] = [exits, TextTable::pairs(kinds)].map(|table| table.to_string());
         let help = "\n`ripstop explain CODE` says what one means and what to do.\n";
-        return terminal::print(&format!("{}{}{help}", part("exit codes", &exits), part("warnings", &kinds)));
+        let text = part("exit codes", &exits) + &part("warnings", &kinds) + help;
+        return terminal::print(text.trim_start());
     };
     let is_it = |word: &str| word.eq_ignore_ascii_case(code);
     let (title, parts) = if let Some([_, name, means, help]) = EXITS.iter().find(|exit| is_it(exit[0])) {
@@ -262,7 +263,7 @@ pub(crate) fn explain(arguments: &ExplainArguments) -> Result<(), CommandFailure
         return Err(failure.help("`ripstop explain` lists what they mean"));
     };
     let parts = parts.into_iter().map(|(name, text)| (name, text.to_owned()));
-    terminal::print(part(&title, &TextTable::pairs(parts).to_string()).trim_start_matches('\n'))
+    terminal::print(part(&title, &TextTable::pairs(parts).to_string()).trim_start())
 }
 
 /// Solves and prints the grid.

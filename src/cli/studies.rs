@@ -179,8 +179,7 @@ impl<'a> Study<'a> {
         work: impl FnOnce(&BatchOptions<'_>, &Folder) -> Result<(Value, Report), BatchError>,
     ) -> Result<(), CommandFailure> {
         let (arguments, out) = (self.arguments, self.out());
-        let chosen = backend::choose(&arguments.backend, BackendChoice::Cpu, arguments.precision)?;
-        chosen.note.iter().filter(|_| !arguments.print.quiet).for_each(|note| terminal::complain(note));
+        let chosen = backend::choose(&arguments.backend, BackendChoice::Cpu, arguments.precision, &arguments.print)?;
         let folder = Folder::prepare_for(&out, self.files, &[self.case.path.as_path()])?;
         terminal::begin_bar(&arguments.print);
         let show = |BatchProgress { done, of }: BatchProgress| terminal::show_count(done, of, units);
