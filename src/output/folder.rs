@@ -421,7 +421,7 @@ fn remove_unfinished(folder: &Path) -> io::Result<()> {
         let entry = entry?;
         let name = entry.file_name().to_string_lossy().into_owned();
         if name.starts_with(UNFINISHED[0]) && name.ends_with(UNFINISHED[1]) {
-            fs::remove_file(entry.path())?;
+            remove(&entry.path())?; // another run may try the folder meanwhile
         }
     }
     Ok(())
