@@ -10,7 +10,7 @@ use super::error::short_number_text;
 use super::grading::{GradingKeys, GradingWord};
 use super::keys::{WordOr, choices};
 use super::provenance::Provenance;
-use super::{Accuracy, CaseError, Fabric, Grading, Numerics, Projectile, Solver, limits};
+use super::{Accuracy, CaseError, Fabric, Grading, Numerics, Projectile, Solver, whole_elements};
 
 /// Plies of a pack at most.
 pub(super) const MAX_PLIES: u32 = 64;
@@ -368,7 +368,7 @@ fn mesh(
 ) -> Result<([usize; 2], [f64; 2]), CaseError> {
     let length = [&fabric.warp, &fabric.weft].map(|yarn| side * 2.0 * yarn.half_span());
     // Finer meshes cover the same cloth: whole crossovers.
-    let count = limits::mesh(at, size, length, (1.0 / side).round().max(1.0))?;
+    let count = whole_elements(at, size, length, (1.0 / side).round().max(1.0))?;
     let how = "the size over the element length, to the nearest whole number of crossovers";
     for (name, count) in [("columns", count[0]), ("rows", count[1])] {
         record.derive_text(&format!("{at}/{name}"), count, how, false);

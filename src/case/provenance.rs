@@ -6,7 +6,7 @@ use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
 use super::error::{is_at_or_below, short_number_text, text_of, whole};
-use super::keys::{Key, keys, lookup, order, split_unit};
+use super::keys::{Key, choices, keys, lookup, order, split_unit};
 use super::{Case, CaseError, Layer};
 
 /// One field of the case and where its value came from.
@@ -27,26 +27,15 @@ pub struct Field {
     pub assumed: bool,
 }
 
-/// Where a field's value came from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Origin {
-    /// From the case file or `--set`.
-    Read,
-    /// Not given: the documented default.
-    Default,
-    /// Computed from other fields.
-    Derived,
-}
-
-impl Origin {
-    /// One word.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Read => "read",
-            Self::Default => "default",
-            Self::Derived => "derived",
-        }
+choices! {
+    /// Where a field's value came from.
+    pub enum Origin {
+        /// From the case file or `--set`.
+        Read = "read",
+        /// Not given: the documented default.
+        Default = "default",
+        /// Computed from other fields.
+        Derived = "derived",
     }
 }
 

@@ -62,16 +62,15 @@ fn shipped_fabrics_have_the_published_numbers() {
 
 #[test]
 fn tex_dtex_and_counts_per_cm_are_the_same_yarn() {
-    let denier = read(&good()).unwrap().fabric;
-    for (key, value) in [("linear_density_tex", 1420.0 / 9.0), ("linear_density_dtex", 1420.0 / 0.9)] {
-        let mut document = good();
-        remove(&mut document, "/fabric/warp/linear_density_denier");
-        put(&mut document, &format!("/fabric/warp/{key}"), json!(value));
-        remove(&mut document, "/fabric/warp/count_per_inch");
-        put(&mut document, "/fabric/warp/count_per_cm", json!(20.0 / 2.54));
-        let fabric = read(&document).unwrap().fabric;
-        close(fabric.warp.linear_density, denier.warp.linear_density, 1e-14);
-        close(fabric.warp.count, denier.warp.count, 1e-14);
+    let denier = read(&good()).unwrap().fabric.warp;
+    for line in [
+        "good & -/fabric/warp/linear_density_denier & /fabric/warp/linear_density_tex=157.77777777777777",
+        "good & -/fabric/warp/linear_density_denier & /fabric/warp/linear_density_dtex=1577.7777777777778",
+        "good & -/fabric/warp/count_per_inch & /fabric/warp/count_per_cm=7.874015748031496",
+    ] {
+        let warp = case_of(line).unwrap().fabric.warp;
+        close(warp.linear_density, denier.linear_density, 1e-14);
+        close(warp.count, denier.count, 1e-14);
     }
 }
 
@@ -119,16 +118,8 @@ fn the_report_names_every_field_with_its_source() {
 #[test]
 fn a_quarter_turn_exchanges_the_sizes_and_any_other_angle_does_not() {
     // 8 mm along the warp are 3 elements of 3 mm, 30 mm along the weft 15 of 2 mm.
-    for (degrees, mesh) in [
-        (0, (10, 4)),
-        (180, (10, 4)),
-        (-360, (10, 4)),
-        (90, (3, 15)),
-        (-90, (3, 15)),
-        (270, (3, 15)),
-        (45, (10, 4)),
-        (89, (10, 4)),
-    ] {
+    for (degrees, mesh) in [(0, (10, 4)), (-360, (10, 4)), (90, (3, 15)), (-90, (3, 15)), (270, (3, 15)), (89, (10, 4))]
+    {
         let case = case_of(&format!("laid & /pack/layup/0/orientation_deg={degrees}")).unwrap();
         let layer = &case.pack.layup[0];
         assert_eq!((layer.columns, layer.rows), mesh, "{degrees}");
@@ -140,16 +131,13 @@ fn a_quarter_turn_exchanges_the_sizes_and_any_other_angle_does_not() {
 
 #[test]
 fn what_comes_after_the_end_is_left_out_and_noted() {
-    let mut document = good();
-    put(&mut document, "/output/profile_times_us", json!([0, 50, 500]));
-    put(&mut document, "/expect/4/at_us", json!(401));
-    let case = read(&document).unwrap();
+    let line = "good & /output/profile_times_us=[0, 50, 500] & /expect/4/at_us=401";
+    let case = case_of(line).unwrap();
     assert_eq!(case.output.profile_times, [0.0, 50e-6]);
     assert_eq!(case.expect.len(), 4);
     let notes = case.notes.join("\n");
     assert!(notes.contains("500 µs left out") && notes.contains("/expect/4 at 401 µs"), "{notes}");
-    put(&mut document, "/output/history_interval_us", json!(401));
-    let case = read(&document).unwrap();
+    let case = case_of(&format!("{line} & /output/history_interval_us=401")).unwrap();
     close(case.output.history_interval, case.solver.end_time, 0.0);
     assert!(read(&good()).unwrap().notes.is_empty());
 }

@@ -69,17 +69,8 @@ fn every_damage_of_a_text_or_a_file_keeps_its_words() {
     ] {
         fs::write(folder.path().join(name), fabric).unwrap();
     }
-    for name in [
-        "unknown-source.json",
-        "no-value.json",
-        "crimped.json",
-        "none.json",
-        "../case.json",
-        "/etc/passwd",
-        "",
-        ".",
-        "\0",
-    ] {
+    let files = ["unknown-source.json", "no-value.json", "crimped.json", "none.json"];
+    for name in files.into_iter().chain(["../case.json", "/etc/passwd", "", ".", "\0"]) {
         let mut document = laid();
         put(&mut document, "/pack/layup/1/fabric", json!({"file": name}));
         fs::write(&path, document.to_string()).unwrap();
