@@ -201,9 +201,8 @@ pub(super) fn unescape(part: &str) -> String {
 pub(super) fn check(document: &Value) -> Vec<CaseError> {
     let mut errors = Vec::new();
     check_object("", &CASE, document, &mut errors);
-    if let Some(given) = document.get("sources").filter(|given| given.is_object()) {
-        errors.extend(check_sources(given, "", document).err());
-    }
+    let sources = document.get("sources").filter(|given| given.is_object());
+    errors.extend(sources.and_then(|given| check_sources(given, "", document).err()));
     errors
 }
 
@@ -270,9 +269,8 @@ fn check_value(place: &str, key: &Key, value: &Value, errors: &mut Vec<CaseError
     } else if value.is_object() && object(key.node).is_some() {
         check_object(place, key.node, value, errors);
     } else {
-        for (index, item) in items.filter(|(_, item)| item.is_object()) {
-            check_object(&format!("{place}/{index}"), key.node, item, errors);
-        }
+        let objects = items.filter(|(_, item)| item.is_object());
+        objects.for_each(|(index, item)| check_object(&format!("{place}/{index}"), key.node, item, errors));
     }
 }
 

@@ -281,24 +281,18 @@ impl Crossover {
     /// Checks the compression, whose keys stand at the pointer `at`; constants that are both 0 are those of a rigid crossover.
     fn complete(&mut self, at: &str) -> Result<(), CaseError> {
         let Some(Compression { a, b }) = self.compression else { return Ok(()) };
-        let (expected, found, help) = match (a > 0.0, b > 0.0) {
-            (true, true) if b < LEAST_COMPRESSION * a => (
-                format!("b_mm_n13 at least {LEAST_COMPRESSION:e} of a_mm, or both 0"),
-                format!("{:e} of it", b / a),
-                "at the first touch such a crossover would be softer than numbers can tell",
-            ),
-            (true, true) => return Ok(()),
-            (false, false) => {
-                self.compression = None;
-                return Ok(());
-            }
-            (a_positive, _) => (
-                "a_mm and b_mm_n13 both above 0, or both 0".to_owned(),
-                if a_positive { "b_mm_n13 = 0 with a_mm > 0" } else { "a_mm = 0 with b_mm_n13 > 0" }.to_owned(),
-                "write \"compression\": \"rigid\" for a crossover without compression",
-            ),
-        };
-        Err(CaseError::at(at, expected, found).help(help))
+        if (a > 0.0) != (b > 0.0) {
+            let found = if a > 0.0 { "b_mm_n13 = 0 with a_mm > 0" } else { "a_mm = 0 with b_mm_n13 > 0" };
+            let error = CaseError::at(at, "a_mm and b_mm_n13 both above 0, or both 0", found);
+            return Err(error.help("write \"compression\": \"rigid\" for a crossover without compression"));
+        }
+        if b < LEAST_COMPRESSION * a {
+            let expected = format!("b_mm_n13 at least {LEAST_COMPRESSION:e} of a_mm, or both 0");
+            let error = CaseError::at(at, expected, format!("{:e} of it", b / a));
+            return Err(error.help("at the first touch such a crossover would be softer than numbers can tell"));
+        }
+        self.compression = self.compression.filter(|_| a > 0.0);
+        Ok(())
     }
 }
 
@@ -356,8 +350,8 @@ pub(super) fn around(pointer: &str) -> Option<&str> {
 
 /// Whether a pointer names the layup or one of its groups.
 pub(super) fn holds_fabrics(pointer: &str) -> bool {
-    let group = |rest: &str| rest.strip_prefix('/').is_some_and(|group| index(group).is_some());
-    pointer.strip_prefix(LAYUP).is_some_and(|rest| rest.is_empty() || group(rest))
+    let group = pointer.strip_prefix(LAYUP);
+    group.is_some_and(|rest| rest.is_empty() || rest.strip_prefix('/').and_then(index).is_some())
 }
 
 /// Gives the group whose fabric stands at `place` a copy of the common fabric, with its sources, where it has none of its own.

@@ -14,6 +14,8 @@ use crate::num::solid::Solid;
 const TIP_RADIUS: f64 = 0.5e-3;
 /// Largest such rounding over the diameter [-].
 const TIP_PART: f64 = 0.1;
+/// Words for both.
+const ROUNDED: &str = "assumed: 0.5 mm, at most a tenth of diameter_mm and what the shape has room for";
 /// Shapes that have a length and edges.
 const LONG: [&str; 4] = ["cylinder", "cone", "ogive", "fragment"];
 /// Shapes that can turn.
@@ -418,11 +420,9 @@ impl Projectile {
 
     fn complete_edge_radius(&mut self, record: &Provenance) -> Result<(), CaseError> {
         let (largest, pointed) = (self.shape.largest_edge(), self.shape.is_pointed());
-        let (radius, how) = if pointed {
-            let how = "assumed: 0.5 mm, at most a tenth of diameter_mm and what the shape has room for";
-            (TIP_RADIUS.min(TIP_PART * self.shape.diameter()).min(largest), how)
-        } else {
-            (0.0, "sharp edges")
+        let (radius, how) = match pointed {
+            true => (TIP_RADIUS.min(TIP_PART * self.shape.diameter()).min(largest), ROUNDED),
+            false => (0.0, "sharp edges"),
         };
         record.fill(&at("edge_radius_mm"), &mut self.edge_radius, radius, how, pointed);
         if self.edge_radius > largest {

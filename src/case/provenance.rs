@@ -42,11 +42,8 @@ choices! {
 impl Field {
     /// The value with its unit.
     pub(crate) fn with_unit(&self) -> String {
-        if self.unit.is_empty() || self.value == "none" {
-            self.value.clone()
-        } else {
-            format!("{} {}", self.value, self.unit)
-        }
+        let unit = if self.value == "none" { "" } else { self.unit };
+        format!("{} {unit}", self.value).trim_end().to_owned()
     }
 }
 

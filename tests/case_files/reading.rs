@@ -5,39 +5,32 @@ use super::*;
 #[test]
 fn every_key_reaches_its_field_in_si_units() {
     let case = read(&good()).unwrap();
-    assert_eq!(case.as_run, good());
-    let warp = &case.fabric.warp;
-    assert_eq!((case.name.as_str(), case.title.as_str()), ("good", "every key"));
-    close(warp.linear_density, 1.577_777_777_8e-4, 1e-10);
-    close(warp.count, 787.401_574_8, 1e-10);
-    close(warp.half_span(), 0.635e-3, 1e-12);
-    close(warp.modulus, 96e9, 0.0);
-    close(case.fabric.areal_density, 0.2552, 1e-15);
-    close(case.fabric.crossover.gap, 1e-5, 1e-15);
-    close(case.fabric.crossover.compression.unwrap().b, 0.12e-3, 1e-15);
-    let shear = case.fabric.shear.as_ref().unwrap();
-    close(shear.g2, 1e9, 0.0);
-    close(case.fabric.thickness, 0.25e-3, 1e-15);
-    assert_eq!((case.pack.columns, case.pack.rows, case.pack.plies), (16, 8, 3));
-    close(case.pack.friction, 0.1, 1e-15);
-    close(case.pack.spacing.unwrap(), 0.4e-3, 1e-15);
-    assert_eq!((case.pack.edges.left, case.pack.edges.right), (Edge::Clamped, Edge::Free));
-    assert_eq!(case.pack.pretension, Some([Some(100.0), Some(200.0)]));
-    assert_eq!(case.pack.initial_velocity, [1.0, 2.0, -3.0]);
-    assert_eq!(case.pack.initial_deflection.unwrap().weft_half_waves, 2);
-    let projectile = case.projectile.as_ref().unwrap();
-    assert_eq!(projectile.shape, Shape::Cylinder { diameter: 5.5e-3, length: 42.1e-3 });
-    close(projectile.mass, 3e-3, 1e-15);
-    close(projectile.inertia.unwrap()[1], 4.4e-7, 1e-12);
-    assert_eq!(projectile.offset, [1e-3, -2e-3]);
-    close(projectile.obliquity, std::f64::consts::FRAC_PI_6, 1e-15);
-    close(case.solver.end_time, 4e-4, 1e-15);
-    assert_eq!(case.output.profile_times, [0.0, 50e-6, 100e-6]);
-    assert_eq!(case.expect[0].bound, Bound::Word("perforated".to_owned()));
-    assert_eq!(case.expect[1].bound, Bound::Value { value: -50.0, tolerance: 5.0 });
-    assert_eq!(case.expect[3].bound, Bound::Range { min: 1.0, max: f64::INFINITY });
-    assert_eq!(case.expect[3].between, Some([10e-6, 20e-6]));
-    assert_eq!(case.expect[4].at, Some(1e-6));
+    assert_eq!((&case.as_run, case.name.as_str()), (&good(), "good"));
+    let Case { fabric, pack, projectile, solver, output, expect, .. } = &case;
+    insta::assert_debug_snapshot!("good", (fabric, pack, projectile, solver, output, expect));
+    close(fabric.warp.linear_density, 1420.0 / 9e6, 1e-15);
+    close(fabric.warp.count, 20.0 / 25.4e-3, 1e-15);
+    close(fabric.crossover.compression.unwrap().b, 0.12e-3, 1e-15);
+    close(projectile.as_ref().unwrap().obliquity, std::f64::consts::FRAC_PI_6, 1e-15);
+}
+
+#[test]
+fn every_shipped_case_is_read_and_is_valid() {
+    let validator = validator();
+    let folders =
+        ["cases", "cases/verify", "cases/stress"].into_iter().flat_map(|folder| fs::read_dir(folder).unwrap());
+    let paths = folders.map(|entry| entry.unwrap().path());
+    let paths: Vec<_> = paths.filter(|path| path.extension().is_some_and(|extension| extension == "json")).collect();
+    assert!(paths.len() > 30, "{paths:?}");
+    for path in paths {
+        let value: Value = serde_json::from_str(&fs::read_to_string(&path).unwrap()).unwrap();
+        let case = case::read(&path, &[]).unwrap_or_else(|error| panic!("{error}"));
+        for value in [&value, &case.as_run] {
+            let errors: Vec<String> = validator.iter_errors(value).map(|error| error.to_string()).collect();
+            assert!(errors.is_empty(), "{}: {errors:?}", path.display());
+        }
+    }
+    assert!(validator.is_valid(&good()));
 }
 
 /// Derived numbers from the shipped fabrics.
