@@ -3,7 +3,6 @@
 //! Promise: any bytes whatever give a checked case or one error with place, expectation and finding; never a panic. The words of
 //! refusals and the fields of cases are those of `snapshots/`.
 
-mod any_bytes;
 mod changes;
 mod reading;
 mod refusing;
@@ -12,8 +11,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use proptest::prelude::*;
-use ripstop::case::{self, Bound, BuiltInFabric, Case, CaseError, Edge, Field, Shape};
+use ripstop::case::{self, Bound, BuiltInFabric, Case, CaseError, Edge, Field};
 use ripstop::physics::projectile_body::Body;
 use serde_json::{Map, Value, json};
 
@@ -157,4 +155,11 @@ fn close(got: f64, expected: f64, relative: f64) {
 
 fn field<'a>(case: &'a Case, pointer: &str) -> &'a Field {
     case.fields.iter().find(|field| field.pointer == pointer).unwrap_or_else(|| panic!("no field {pointer}"))
+}
+
+/// The schema of case files, which is one.
+fn validator() -> jsonschema::Validator {
+    let schema = case::schema();
+    jsonschema::draft202012::meta::validate(&schema).unwrap();
+    jsonschema::draft202012::new(&schema).unwrap()
 }

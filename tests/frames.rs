@@ -96,22 +96,6 @@ fn a_frame_is_what_the_history_says_of_its_step() {
 }
 
 #[test]
-fn a_shot_that_is_decided_early_has_as_many_frames_as_asked_for_and_the_last_shows_its_end() {
-    for end_time in [20, 300] {
-        let end_time = format!("/solver/end_time_us={end_time}");
-        let case = shot(&[&end_time, "/solver/run_until=outcome", "/output/frames=12"]);
-        let (run, frames) = collected(&case, Skips::default());
-        let last = &frames[11];
-        assert!(frames.len() == 12 && run.steps - last.step <= 1, "{} of {}", last.step, run.steps);
-        assert!(last.time < 0.5 * case.solver.end_time || end_time.ends_with("=20"), "decided at {}", last.time);
-        let gap = last.time / 11.0;
-        for (number, frame) in frames.iter().enumerate() {
-            assert!((frame.time - gap * number as f64).abs() < 0.51 * gap, "frame {number} at {}", frame.time);
-        }
-    }
-}
-
-#[test]
 fn a_yarn_is_broken_in_a_frame_when_it_is_in_the_run() {
     // What breaks in the step from the positions of a frame is not known yet.
     for numerics in ["paper", "default"] {

@@ -16,7 +16,7 @@ fn replay(target: &str, run: fn(&[u8]), changes: usize) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fuzz/corpora").join(target);
     let mut paths: Vec<_> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
     paths.sort();
-    assert!(paths.len() >= 4, "{paths:?}");
+    assert!(!paths.is_empty(), "{target}");
     let mut random = Random(0x5eed);
     for path in paths {
         let bytes = fs::read(&path).unwrap();

@@ -90,11 +90,11 @@ fn agree(case: &Case, precision: Precision, parts: u64, allowed: f64) -> [Run; 2
     assert_eq!((part.elements, part.steps), (whole.elements, whole.steps));
     assert!(part.element_steps_computed * parts <= whole.element_steps_computed + 64 * whole.steps);
     assert_eq!(part.history.len(), whole.history.len());
-    for column in csv::COLUMNS.iter().filter(|c| !c.name.ends_with("_error") && c.name != "energy_gained") {
-        let scale = whole.history.iter().map(|row| (column.read)(row).abs()).fold(0.0, f64::max);
+    for (name, read) in csv::COLUMNS.iter().filter(|(name, _)| !name.ends_with("_error") && *name != "energy_gained") {
+        let scale = whole.history.iter().map(|row| read(row).abs()).fold(0.0, f64::max);
         for (p, w) in part.history.iter().zip(&whole.history) {
-            let off = ((column.read)(p) - (column.read)(w)).abs();
-            assert!(off <= allowed * scale, "{} is {off:e} of {scale:e} off at {} s", column.name, w.time);
+            let off = (read(p) - read(w)).abs();
+            assert!(off <= allowed * scale, "{name} is {off:e} of {scale:e} off at {} s", w.time);
         }
     }
     let places = |run: &Run| run.events.iter().map(|e| (e.step, e.ply, e.j, e.i, e.yarn)).collect::<Vec<_>>();

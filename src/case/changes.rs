@@ -5,7 +5,7 @@ use twox_hash::XxHash3_64;
 
 use super::error::{describe, index, is_at_or_below, nearest, quote, text_of, unescape};
 use super::fabric::{around, holds_fabrics, make_own};
-use super::keys::{lookup, object, pointers};
+use super::keys::{Key, lookup, object, pointers};
 use super::provenance::is_assumed;
 use super::{BuiltInFabric, Case, CaseError, Edge, read};
 
@@ -86,24 +86,13 @@ impl Change {
         if let Some(place) = around(&self.pointer).filter(|place| *place != self.pointer) {
             make_own(document, place);
         }
-        let (mut node, mut above) = (document, "");
-        for (at, _) in self.pointer.match_indices('/').skip(1) {
-            let place = &self.pointer[..at];
-            let part = &place[above.len() + 1..];
-            node = match node {
-                Value::Object(map) => child(map, &unescape(part), place)?,
-                Value::Array(items) => item(items, part, place)?,
-                other => return Err(no_children(above, Some(other))),
-            };
-            above = place;
+        for (end, _) in self.pointer.match_indices('/').skip(1) {
+            let place = &self.pointer[..end];
+            if document.pointer(place).is_none_or(Value::is_null) {
+                insert(document, place, created(place)?)?;
+            }
         }
-        let last = &self.pointer[above.len() + 1..];
-        match node {
-            Value::Object(map) => drop(map.insert(unescape(last), self.value.clone())),
-            Value::Array(items) => *item(items, last, &self.pointer)? = self.value.clone(),
-            other => return Err(no_children(above, Some(other))),
-        }
-        Ok(())
+        insert(document, &self.pointer, self.value.clone())
     }
 
     /// Makes the change, and drops what the case says about the old value: the source of the new one is `by`.
@@ -130,33 +119,34 @@ pub(super) fn sources(document: &mut Value) -> Option<&mut Map<String, Value>> {
     document.as_object_mut()?.entry("sources").or_insert_with(|| json!({})).as_object_mut()
 }
 
-/// Value at a key, created where the case file knows it: an object, or the default list.
-fn child<'a>(map: &'a mut Map<String, Value>, name: &str, place: &str) -> Result<&'a mut Value, CaseError> {
-    if map.get(name).is_none_or(Value::is_null) {
-        let Some(key) = lookup(place) else {
-            let known = pointers();
-            let near = nearest(place, known.iter().map(String::as_str)).map(|near| format!("did you mean {near}?"));
-            let error = CaseError::at(place, "a pointer into the case", format!("nothing at {}", quote(place)));
-            return Err(CaseError { help: near, ..error });
-        };
-        let created = match &key.node["default"] {
-            list @ Value::Array(_) => list.clone(),
-            _ if key.node["type"] != "array" && object(key.node).is_some() => json!({}),
-            _ if key.node.get("propertyNames").is_some() => json!({}),
-            _ => return Err(no_children(place, map.get(name))),
-        };
-        map.insert(name.to_owned(), created);
+/// Puts a value in its place in an object or a list.
+fn insert(document: &mut Value, pointer: &str, value: Value) -> Result<(), CaseError> {
+    let (above, last) = pointer.rsplit_once('/').unwrap_or_default();
+    match document.pointer_mut(above) {
+        Some(Value::Object(map)) => drop(map.insert(unescape(last), value)),
+        Some(Value::Array(items)) => {
+            let expected = format!("an index from 0 to {}", items.len().saturating_sub(1));
+            let item = index(last).and_then(|index| items.get_mut(index));
+            *item.ok_or_else(|| CaseError::at(pointer, expected, quote(last)))? = value;
+        }
+        found => return Err(no_children(above, found.as_deref())),
     }
-    Ok(map.entry(name).or_insert(Value::Null))
+    Ok(())
 }
 
-fn item<'a>(items: &'a mut [Value], part: &str, place: &str) -> Result<&'a mut Value, CaseError> {
-    let expected = match items.len() {
-        0 => "another pointer: the list is empty".to_owned(),
-        count => format!("an index from 0 to {}", count - 1),
+/// What a place of the case file has before anything is put into it: an object without keys, or the default list.
+fn created(place: &str) -> Result<Value, CaseError> {
+    let Some(Key { node, .. }) = lookup(place) else {
+        let known = pointers();
+        let near = nearest(place, known.iter().map(String::as_str)).map(|near| format!("did you mean {near}?"));
+        let error = CaseError::at(place, "a pointer into the case", format!("nothing at {}", quote(place)));
+        return Err(CaseError { help: near, ..error });
     };
-    let found = index(part).and_then(|index| items.get_mut(index));
-    found.ok_or_else(|| CaseError::at(place, expected, quote(part)))
+    match &node["default"] {
+        list @ Value::Array(_) => Ok(list.clone()),
+        _ if node["type"] != "array" && object(node).is_some() || node["propertyNames"].is_object() => Ok(json!({})),
+        _ => Err(no_children(place, None)),
+    }
 }
 
 fn no_children(place: &str, found: Option<&Value>) -> CaseError {
@@ -169,19 +159,16 @@ fn short_name(pointer: &str) -> String {
     let mut parts = pointer.rsplit('/');
     let [last, above] = [(); 2].map(|()| parts.next().unwrap_or_default());
     let alike = pointers().iter().filter(|known| known.rsplit('/').next() == Some(last)).count();
-    let is_alone = above.is_empty() || alike <= 1 && lookup(pointer).is_some() && index(last).is_none();
+    let is_alone = above.is_empty() || alike <= 1 && index(last).is_none();
     if is_alone { last.to_owned() } else { format!("{above}.{last}") }
 }
 
 /// A change for the name of a folder: `+velocity_m_s=200`; any file system takes it.
-fn in_name(name: &str, value: &Value) -> String {
-    let plain = |c: char, more: &str| c.is_ascii_alphanumeric() || more.contains(c);
-    let name: String = name.chars().map(|c| if plain(c, "._") { c } else { '_' }).collect();
+fn in_name((name, value): &(String, &Value)) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || ".-_".contains(c);
     let text = text_of(value);
-    match text.chars().count() <= LONGEST_VALUE && text.chars().all(|c| plain(c, ".-_")) {
-        true => format!("+{name}={text}"),
-        false => format!("+{name}={}", hash(&value.to_string())),
-    }
+    let is_plain = text.len() <= LONGEST_VALUE && text.chars().all(plain);
+    format!("+{name}={}", if is_plain { text } else { hash(&value.to_string()) })
 }
 
 fn hash(text: &str) -> String {
@@ -197,7 +184,7 @@ impl Case {
         let kept = sets.iter().enumerate().filter(is_last).map(|(_, set)| set);
         let kept = kept.filter(|set| !same_shot.iter().any(|above| is_at_or_below(&set.pointer, above)));
         let changes: Vec<(String, &Value)> = kept.map(|set| (short_name(&set.pointer), &set.value)).collect();
-        let name: String = changes.iter().map(|(name, value)| in_name(name, value)).collect();
+        let name: String = changes.iter().map(in_name).collect();
         self.name += &match name.len() <= LONGEST_NAME {
             true => name,
             false => format!("+{}-changes-{}", changes.len(), hash(&name)),

@@ -6,7 +6,7 @@ use std::{fmt, iter};
 use serde_json::Value;
 
 use super::changes;
-use super::keys::{CASE, Key, accepts, expected, fits, keys, lookup, object, pointers, value_of, words};
+use super::keys::{CASE, Key, accepts, expected, fits, keys, lookup, object, pointers, strings, value_of};
 
 /// Refusal of a case.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -31,14 +31,13 @@ const SHOWN: usize = 12;
 
 impl fmt::Display for CaseError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (index, error) in self.all().take(SHOWN).enumerate() {
+        let text = |error: &Self| {
             let Self { file, location, expected, found, help, .. } = error;
-            let [line, colon] = [if index > 0 { "\n" } else { "" }, if location.is_empty() { "" } else { ": " }];
-            write!(f, "{line}error: {file}{colon}{location}\n  expected: {expected}\n  found: {found}")?;
-            if let Some(help) = help {
-                write!(f, "\n  help: {help}")?;
-            }
-        }
+            let colon = if location.is_empty() { "" } else { ": " };
+            let help = help.as_ref().map(|help| format!("\n  help: {help}")).unwrap_or_default();
+            format!("error: {file}{colon}{location}\n  expected: {expected}\n  found: {found}{help}")
+        };
+        f.write_str(&self.all().take(SHOWN).map(text).collect::<Vec<_>>().join("\n"))?;
         match self.all().count().saturating_sub(SHOWN) {
             0 => Ok(()),
             more => write!(f, "\n{more} more"),
@@ -130,10 +129,9 @@ pub(super) fn quote(text: &str) -> String {
 /// `"a", "b" or "c"`.
 pub(super) fn list<'a>(words: impl IntoIterator<Item = &'a str>) -> String {
     let words: Vec<String> = words.into_iter().map(quote).collect();
-    match words.split_last() {
-        Some((last, rest)) if !rest.is_empty() => format!("{} or {last}", rest.join(", ")),
-        Some((last, _)) => last.clone(),
-        None => "nothing".to_owned(),
+    match &words[..] {
+        [rest @ .., last] if !rest.is_empty() => format!("{} or {last}", rest.join(", ")),
+        words => words.concat(),
     }
 }
 
@@ -164,15 +162,8 @@ pub(super) fn percent(text: &str) -> Option<f64> {
     (0.0..=100.0).contains(&number).then_some(number / 100.0)
 }
 
-/// Keys and words of earlier versions, and what they are called now.
-const RENAMED: [(&str, &str); 3] = [("growth", "growth_ratio"), ("coarsest", "max_crossovers"), ("rim", "edges")];
-
-/// The candidate that `word` was called before, or the nearest to it: fewest edits, and among those the longest common beginning.
+/// The candidate nearest to a word: fewest edits, and among those the longest common beginning.
 pub(super) fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let candidates: Vec<&str> = candidates.into_iter().collect();
-    if let Some((_, new)) = RENAMED.iter().find(|(old, new)| *old == word && candidates.contains(new)) {
-        return Some(new);
-    }
     // Beyond this length nothing resembles a key, and the table of edits would only cost time.
     let word: String = word.chars().take(100).collect();
     candidates.into_iter().min_by_key(|candidate| {
@@ -206,21 +197,12 @@ pub(super) fn unescape(part: &str) -> String {
     part.replace("~1", "/").replace("~0", "~")
 }
 
-/// Keys that are gone, or those of a key's words that are, and what to do instead.
-const REMOVED: [(&str, &str, &str); 4] = [
-    ("unit_cell", "", "leave \"unit_cell\" out: unit cells are solved in one way"),
-    ("law", "kawabata", "a case has no such law; `ripstop crossover --law kawabata` draws its curves"),
-    ("membrane_force", "projected", "leave \"membrane_force\" out: the force of a case is the yarn tension"),
-    ("modulus", "secant", "leave \"modulus\" out: the modulus of a case is the slope of the stress"),
-];
-
 /// Everything in a document that is not as its key says, in the order of the document.
 pub(super) fn check(document: &Value) -> Vec<CaseError> {
     let mut errors = Vec::new();
     check_object("", &CASE, document, &mut errors);
-    if let Some(given) = document.get("sources").filter(|given| given.is_object()) {
-        errors.extend(check_sources(given, "", document).err());
-    }
+    let sources = document.get("sources").filter(|given| given.is_object());
+    errors.extend(sources.and_then(|given| check_sources(given, "", document).err()));
     errors
 }
 
@@ -236,7 +218,7 @@ fn check_object(pointer: &str, node: &'static Value, object: &Value, errors: &mu
         let place = format!("{pointer}/{name}");
         match misplaced(&place, key, value, &keys, object) {
             Some(error) => errors.push(error),
-            None if key.is_nullable() && value.is_null() => {}
+            None if key.node["type"].is_array() && value.is_null() => {}
             None => check_value(&place, key, value, errors),
         }
     }
@@ -246,6 +228,16 @@ fn check_object(pointer: &str, node: &'static Value, object: &Value, errors: &mu
         let error = CaseError::at(format!("{pointer}/{}", key.name), expected(key.node), "nothing");
         let instead = key.text("or").strip_prefix('/').map(|or| format!(", or {}", quote(or))).unwrap_or_default();
         errors.push(error.help(format!("{}{instead} is required: {}", quote(key.name), key.text("description"))));
+    }
+    for key in keys.iter().filter(|key| key.has("at_most")) {
+        let (limit, unit) = (key.text("at_most"), format!(" {}", key.unit()));
+        let [low, most] = [key.name, limit].map(|name| value_of(name, &keys, object).unwrap_or_default());
+        if let (Ok(number), Ok(largest)) = (low.parse::<f64>(), most.parse::<f64>())
+            && number > largest
+        {
+            let [expected, found] = [format!("at most {limit}, which is {most}{unit}"), format!("{low}{unit}")];
+            errors.push(CaseError::at(format!("{pointer}/{}", key.name), expected.trim_end(), found.trim_end()));
+        }
     }
     for members in keys.chunk_by(|one, other| one.text("group") == other.text("group")) {
         let group = members[0].text("group");
@@ -277,9 +269,8 @@ fn check_value(place: &str, key: &Key, value: &Value, errors: &mut Vec<CaseError
     } else if value.is_object() && object(key.node).is_some() {
         check_object(place, key.node, value, errors);
     } else {
-        for (index, item) in items.filter(|(_, item)| item.is_object()) {
-            check_object(&format!("{place}/{index}"), key.node, item, errors);
-        }
+        let objects = items.filter(|(_, item)| item.is_object());
+        objects.for_each(|(index, item)| check_object(&format!("{place}/{index}"), key.node, item, errors));
     }
 }
 
@@ -289,15 +280,12 @@ fn mismatch(key: &Key, value: &Value, place: &str) -> CaseError {
     let first = key.node["anyOf"].get(0).unwrap_or(key.node);
     let help = match key.node["type"].as_str() {
         _ if first.get("enum").is_some() && !text.is_empty() => {
-            let near = || nearest(text, words(first)).map(|near| format!("did you mean {}?", quote(near)));
-            removed(key.name, text).map(str::to_owned).or_else(near)
+            nearest(text, strings(&first["enum"])).map(|near| format!("did you mean {}?", quote(near)))
         }
         Some("number" | "integer") if text.parse::<f64>().is_ok_and(f64::is_finite) => {
             Some("write the number without quotes".to_owned())
         }
-        None if key.node["anyOf"][1].get("pattern").is_some() && !text.is_empty() => {
-            Some("for example \"1%\"".to_owned())
-        }
+        _ if key.node["anyOf"][1].get("pattern").is_some() && !text.is_empty() => Some("for example \"1%\"".to_owned()),
         Some("number") if value.as_f64().is_some_and(|number| number > 0.0) => {
             key.node["help"].as_str().map(str::to_owned)
         }
@@ -306,47 +294,32 @@ fn mismatch(key: &Key, value: &Value, place: &str) -> CaseError {
     CaseError { help, ..CaseError::at(place, expected(key.node), describe(value)) }
 }
 
-/// Help for a key, or a word of it, that is gone.
-fn removed(key: &str, word: &str) -> Option<&'static str> {
-    REMOVED.iter().find(|gone| (gone.0, gone.1) == (key, word)).map(|(.., instead)| *instead)
-}
-
 /// The error of a key that does not belong beside what the others say, or lacks the one that belongs with it.
 fn misplaced(place: &str, key: &Key, value: &Value, keys: &[Key], object: &Value) -> Option<CaseError> {
-    if let Some((other, values)) = key.condition("only").filter(|_| !key.belongs(keys, object)) {
-        let found = value_of(other, keys, object).unwrap_or_default();
-        let expected = format!("no {} where {} is {}", quote(key.name), quote(other), quote(&found));
+    let (name, with) = (quote(key.name), key.text("with"));
+    if !key.belongs(keys, object) {
+        let (other, values) = key.condition("only")?;
+        let expected = format!("no {name} where {} is {}", quote(other), quote(&value_of(other, keys, object)?));
         let help = format!("it belongs where {} is {}", quote(other), list(values));
         return Some(CaseError::at(place, expected, describe(value)).help(help));
     }
-    let with = key.text("with");
-    if !with.is_empty() && object.get(with).is_none() {
-        let expected = format!("{} and {} together, or none of them", quote(key.name), quote(with));
-        return Some(CaseError::at(place, expected, format!("only {}", quote(key.name))));
-    }
-    None
+    let together = || {
+        CaseError::at(place, format!("{name} and {} together, or none of them", quote(with)), format!("only {name}"))
+    };
+    (!with.is_empty() && object.get(with).is_none()).then(together)
 }
 
 /// The error of an unknown key. The nearest one comes first; the others are many, and the schema has them.
 fn unknown(pointer: &str, keys: &[Key], name: &str) -> CaseError {
     let object = if pointer.is_empty() { "the case" } else { pointer };
-    let near = nearest(name, keys.iter().map(|key| key.name));
+    let near = nearest(name, keys.iter().map(|key| key.name)).unwrap_or_default();
     // A key of this object without its unit is meant before one of another object.
-    let without_unit = near.is_some_and(|near| near.strip_prefix(name).is_some_and(|unit| unit.starts_with('_')));
-    let elsewhere = pointers().into_iter().find(|pointer| pointer.rsplit('/').next() == Some(name));
-    let expected = match (near, keys.len()) {
-        (Some(near), 1) => format!("{}, the one key of {object}", quote(near)),
-        (Some(near), count) => format!("{} or another of the {count} keys of {object}", quote(near)),
-        (None, _) => format!("no key: {object} has none"),
-    };
-    let help = match (removed(name, ""), elsewhere.filter(|_| !without_unit), near) {
-        (Some(instead), ..) => instead.to_owned(),
-        (None, Some(pointer), _) => format!("{} belongs at {pointer}", quote(name)),
-        (None, None, Some(near)) => format!("did you mean {}? `ripstop schema` lists every key", quote(near)),
-        (None, None, None) => format!("leave {} out", quote(name)),
-    };
-    let location = format!("{pointer}/{}", escape(name));
-    CaseError::at(location, expected, format!("unknown key {}", quote(name))).help(help)
+    let without_unit = near.strip_prefix(name).is_some_and(|unit| unit.starts_with('_'));
+    let elsewhere = pointers().into_iter().find(|pointer| pointer.rsplit('/').next() == Some(name) && !without_unit);
+    let belongs = || elsewhere.map(|pointer| format!("{} belongs at {pointer}", quote(name)));
+    let help = belongs().unwrap_or_else(|| format!("did you mean {}? `ripstop schema` lists every key", quote(near)));
+    let expected = format!("{} or another of the {} keys of {object}", quote(near), keys.len());
+    CaseError::at(format!("{pointer}/{}", escape(name)), expected, format!("unknown key {}", quote(name))).help(help)
 }
 
 /// Refuses a source that is no text or whose pointer names nothing; `base` is where `document` stands in a case.

@@ -34,7 +34,6 @@ pub struct Grading {
 
 choices! {
     /// Origin of the lines of nodes of a graded mesh.
-    #[non_exhaustive]
     pub enum LinesFrom {
         /// Two lines cross where the projectile hits, so that the mesh around a hit does not depend on its place in the weave.
         Hit = "hit",
@@ -151,9 +150,8 @@ impl Grading {
         [0, 1].map(|a| [from[a] + way[a].min(0.0) - reach[a], from[a] + way[a].max(0.0) + reach[a]])
     }
 
-    /// Lines over `count` finest elements, fine `from` … `to`, around a hit.
-    fn lines(&self, count: usize, [from, to]: [f64; 2], hit: f64) -> Vec<f64> {
-        let last = count as f64;
+    /// Lines over `last` finest elements, fine `from` … `to`, around a hit.
+    fn lines(&self, last: f64, [from, to]: [f64; 2], hit: f64) -> Vec<f64> {
         // How far lines are off those that lie whole elements from the edges.
         let off = match self.lines_from {
             LinesFrom::Hit if from.is_finite() && (hit - hit.round()).abs() > ON_LINE => hit - hit.floor(),
@@ -191,17 +189,26 @@ impl Grading {
 }
 
 impl Layer {
+    /// Finest elements along warp and weft, and their length [m].
+    fn axes(&self) -> [(f64, f64); 2] {
+        [(self.columns as f64, self.element_length_x), (self.rows as f64, self.element_length_y)]
+    }
+
+    /// Cosine and sine of the warp's angle.
+    fn turn(&self) -> [f64; 2] {
+        let (s, c) = self.orientation.sin_cos();
+        [c, s]
+    }
+
     /// Places of the lines of nodes along warp and weft, counted in finest elements from the first; `None` where they are even.
     /// `turn`: cosine and sine of the warp's angle.
     pub fn lines(&self, turn: [f64; 2]) -> Option<[Vec<f64>; 2]> {
         let grading = self.grading?;
-        let range = grading.range(turn);
-        let (counts, length) = ([self.columns, self.rows], [self.element_length_x, self.element_length_y]);
+        let (range, hit, axes) = (grading.range(turn), turned(turn, grading.hit), self.axes());
         Some([0, 1].map(|axis| {
-            let centre = 0.5 * counts[axis] as f64;
-            let fine = range[axis].map(|at| at / length[axis] + centre);
-            let hit = turned(turn, grading.hit)[axis] / length[axis] + centre;
-            grading.lines(counts[axis], fine, hit)
+            let (count, length) = axes[axis];
+            let fine = range[axis].map(|at| at / length + 0.5 * count);
+            grading.lines(count, fine, hit[axis] / length + 0.5 * count)
         }))
     }
 
@@ -209,38 +216,34 @@ impl Layer {
     /// cross there, else the middle of the ply. Yarns are counted from there, so that a result does not depend on where in a cell the projectile
     /// hits. `turn`: cosine and sine of the warp's angle.
     pub(crate) fn between_yarns(&self, turn: [f64; 2]) -> [f64; 2] {
-        let (counts, length) = ([self.columns, self.rows], [self.element_length_x, self.element_length_y]);
-        let middle = counts.map(|count| 0.5 * count as f64);
+        let axes = self.axes();
         match self.grading.filter(|grading| grading.lines_from == LinesFrom::Hit) {
             Some(grading) => {
                 let hit = turned(turn, grading.hit);
-                [0, 1].map(|axis| hit[axis] / length[axis] + middle[axis])
+                [0, 1].map(|axis| hit[axis] / axes[axis].1 + 0.5 * axes[axis].0)
             }
-            None => middle.map(f64::floor),
+            None => axes.map(|(count, _)| (0.5 * count).floor()),
         }
     }
 
     /// Places of the lines of nodes along warp and weft, even or not, counted in finest elements from the first.
     pub(crate) fn node_lines(&self) -> [Vec<f64>; 2] {
-        let (s, c) = self.orientation.sin_cos();
         let even = || [self.columns, self.rows].map(|count| (0..=count).map(|k| k as f64).collect());
-        self.lines([c, s]).unwrap_or_else(even)
+        self.lines(self.turn()).unwrap_or_else(even)
     }
 
     /// Reference places of the middles of elements along warp and weft, from the middle of the ply, in its own axes [m].
     pub fn middles(&self) -> [Vec<f64>; 2] {
-        let (counts, length) = ([self.columns, self.rows], [self.element_length_x, self.element_length_y]);
-        let lines = self.node_lines();
+        let (lines, axes) = (self.node_lines(), self.axes());
         [0, 1].map(|axis: usize| {
-            let middle = |pair: &[f64]| (0.5 * (pair[0] + pair[1]) - 0.5 * counts[axis] as f64) * length[axis];
-            lines[axis].windows(2).map(middle).collect()
+            let (count, length) = axes[axis];
+            lines[axis].windows(2).map(|pair| (0.5 * (pair[0] + pair[1]) - 0.5 * count) * length).collect()
         })
     }
 
     /// Elements along warp and weft.
     pub fn counts(&self) -> [usize; 2] {
-        let (s, c) = self.orientation.sin_cos();
-        self.lines([c, s]).map_or([self.columns, self.rows], |lines| lines.map(|lines| lines.len() - 1))
+        self.lines(self.turn()).map_or([self.columns, self.rows], |lines| lines.map(|lines| lines.len() - 1))
     }
 }
 
@@ -280,5 +283,44 @@ fn growing(room: f64, growth: f64, coarsest: f64) -> Vec<f64> {
 }
 
 #[cfg(test)]
-#[path = "grading_tests.rs"]
-mod tests;
+mod tests {
+    use super::*;
+
+    /// Lines of a mesh of 40 finest elements that is fine within 4 of a hit.
+    fn lines_around(hit: f64, lines_from: LinesFrom) -> Vec<f64> {
+        let grading =
+            Grading { hit: [0.0; 2], way: [0.0; 2], fine: [0.0; 2], growth_ratio: 1.2, max_size: 3.0, lines_from };
+        grading.lines(40.0, [hit - 4.0, hit + 4.0], hit)
+    }
+
+    fn widths(lines: &[f64]) -> Vec<f64> {
+        lines.windows(2).map(|pair| pair[1] - pair[0]).collect()
+    }
+
+    #[test]
+    fn a_line_goes_through_the_hit_and_no_element_is_shorter_than_the_finest() {
+        for tenth in 0..=400 {
+            let hit = f64::from(tenth) / 10.0;
+            let lines = lines_around(hit, LinesFrom::Hit);
+            assert_eq!((lines[0], lines[lines.len() - 1]), (0.0, 40.0), "{hit}");
+            let widths = widths(&lines);
+            assert!(widths.iter().all(|width| *width > 1.0 - 1e-9 && *width <= 3.0 + 1e-9), "{hit}: {widths:?}");
+            // Closer to the edge than an element there is no room for a line of its own.
+            let at_line = lines.iter().any(|line| (line - hit).abs() < 1e-9);
+            assert!(at_line || !(1.0..=39.0).contains(&hit), "{hit}: {lines:?}");
+        }
+    }
+
+    #[test]
+    fn the_mesh_around_a_hit_does_not_depend_on_its_place_in_a_cell() {
+        let around = |hit: f64| {
+            let lines = lines_around(hit, LinesFrom::Hit);
+            let near = lines.iter().filter(|line| (**line - hit).abs() < 4.0 + 1e-9);
+            near.map(|line| ((line - hit) * 1e6).round()).collect::<Vec<_>>()
+        };
+        assert_eq!(around(20.0).len(), 9);
+        assert!([20.25, 20.5, 19.9, 14.3].into_iter().all(|hit| around(hit) == around(20.0)));
+        let [even, shifted] = [20.0, 20.5].map(|hit| lines_around(hit, LinesFrom::Edges));
+        assert!(even.contains(&20.0) && shifted.contains(&20.0) && !shifted.contains(&20.5));
+    }
+}

@@ -6,6 +6,7 @@
 //! - `default`: the value where the key is left out; `where`: the value of another key with which that holds;
 //! - `or`: what may be given in its place, as a pointer from its object;
 //! - `only`: the values of another key beside which it belongs; `with`: a key that must be given beside it;
+//! - `at_most`: another key, whose value is the largest;
 //! - `group`: a name that it shares with others, of which exactly one is given;
 //! - `help`: what to say of a value out of range; `none`: the word that stands for no object.
 
@@ -89,8 +90,8 @@ macro_rules! choices {
 
         impl $name {
             /// The word of the case file.
-            #[allow(dead_code, reason = "of some choices nobody asks")]
-            pub(crate) fn word(self) -> &'static str {
+            #[allow(dead_code, unreachable_pub, reason = "of some choices nobody asks")]
+            pub fn word(self) -> &'static str {
                 match self {
                     $(Self::$variant => $word,)+
                 }
@@ -103,7 +104,7 @@ macro_rules! choices {
             }
 
             fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
-                schemars::json_schema!({"enum": [$($word),+], "aliases": {$($($alias: $word,)*)+}})
+                schemars::json_schema!({"type": "string", "enum": [$($word),+], "aliases": {$($($alias: $word,)*)+}})
             }
         }
     )+};
@@ -125,26 +126,18 @@ fn tidy(node: &mut Value) {
         Value::Array(items) => return items.iter_mut().for_each(tidy),
         _ => return,
     };
-    if let Some(Value::Array(choices)) = map.get_mut("anyOf") {
-        choices.retain(|choice| choice["type"] != "null");
-        if let [Value::Object(only)] = &mut choices[..] {
-            let only = std::mem::take(only);
-            map.remove("anyOf");
-            for (key, value) in only {
-                map.entry(key).or_insert(value);
-            }
-        }
-    }
-    if let Some(kind) = map.get("type").and_then(|kind| kind.get(0)).cloned() {
-        map.insert("type".to_owned(), kind);
+    if let Some(choices) = map.get("anyOf").and_then(|optional| optional[0].get("anyOf")).cloned() {
+        map.insert("anyOf".to_owned(), choices);
     }
     if let Some(Value::Array(words)) = map.get_mut("enum") {
         words.retain(|word| !word.is_null());
     }
+    if let Some(kind) = map.get("type").and_then(|kind| kind.get(0)).cloned() {
+        map.insert("type".to_owned(), kind);
+    }
     if let Some(text) = map.get("description").and_then(Value::as_str).map(str::to_owned) {
         document(map, &text);
     }
-    map.shift_remove("format");
     if map.contains_key("derived") {
         map.shift_remove("default");
     }
@@ -205,7 +198,7 @@ pub(super) fn keys(node: &'static Value) -> Vec<Key> {
 }
 
 /// The strings of a list, or a string alone.
-fn strings(value: &Value) -> Vec<&str> {
+pub(super) fn strings(value: &Value) -> Vec<&str> {
     value.as_str().into_iter().chain(value.as_array().into_iter().flatten().filter_map(Value::as_str)).collect()
 }
 
@@ -220,21 +213,25 @@ impl Key {
         self.node["unit"].as_str().or(self.node["items"]["unit"].as_str()).unwrap_or_default()
     }
 
-    /// Whether null says that there is no such object.
-    pub(super) fn is_nullable(&self) -> bool {
-        self.node["type"].is_array()
-    }
-
     /// Another key and those of its values with which this one has a property.
     pub(super) fn condition(&self, property: &str) -> Option<(&'static str, Vec<&'static str>)> {
         self.node[property].as_object()?.iter().next().map(|(key, values)| (key.as_str(), strings(values)))
     }
 
+    /// Whether such a condition holds; `None` where there is none, or where the other key is itself wrong.
+    fn holds(&self, property: &str, keys: &[Self], object: &Value) -> Option<bool> {
+        let (other, values) = self.condition(property)?;
+        value_of(other, keys, object).map(|found| values.contains(&found.as_str()))
+    }
+
+    pub(super) fn has(&self, property: &str) -> bool {
+        self.node.get(property).is_some()
+    }
+
     /// Whether the key has no value where it is left out, though it belongs there.
     pub(super) fn is_needed(&self) -> bool {
-        let has = |property: &str| self.node.get(property).is_some();
-        let depends = has("only") || has("group");
-        self.required || depends && !["default", "derived", "without"].into_iter().any(has)
+        let depends = self.has("only") || self.has("group");
+        self.required || depends && !["default", "derived", "without"].into_iter().any(|property| self.has(property))
     }
 
     /// Whether what may stand in its place is given.
@@ -244,28 +241,21 @@ impl Key {
 
     /// Whether it belongs beside the other keys of its object; one that is itself wrong decides nothing.
     pub(super) fn belongs(&self, keys: &[Self], object: &Value) -> bool {
-        let Some((other, values)) = self.condition("only") else { return true };
-        value_of(other, keys, object).is_none_or(|found| values.contains(&found.as_str()))
+        self.holds("only", keys, object) != Some(false)
     }
 
     /// Whether it has to be given.
     pub(super) fn is_missing(&self, keys: &[Self], object: &Value) -> bool {
-        let value = |(other, values)| (value_of(other, keys, object), values);
-        match (self.condition("where").map(value), self.condition("only").map(value)) {
-            (Some((found, values)), _) if !self.text("or").is_empty() => {
-                !self.is_replaced(object) && found.is_none_or(|found| !values.contains(&found.as_str()))
-            }
-            (_, only) => {
-                self.is_needed() && self.text("group").is_empty() && only.is_none_or(|(found, _)| found.is_some())
-            }
+        if self.has("where") && self.has("or") {
+            return !self.is_replaced(object) && self.holds("where", keys, object) != Some(true);
         }
+        let is_decided = !self.has("only") || self.holds("only", keys, object).is_some();
+        self.is_needed() && !self.has("group") && is_decided
     }
 
     /// The value where it is left out.
     pub(super) fn default(&self, keys: &[Self], object: &Value) -> Option<&'static Value> {
-        let holds = self.condition("where").is_none_or(|(other, values)| {
-            value_of(other, keys, object).is_some_and(|found| values.contains(&found.as_str()))
-        });
+        let holds = !self.has("where") || self.holds("where", keys, object) == Some(true);
         self.node.get("default").filter(|_| holds && !self.is_replaced(object))
     }
 }
@@ -306,19 +296,24 @@ pub(super) fn order(pointer: &str) -> Vec<usize> {
     pointer.split('/').skip(1).map(place).collect()
 }
 
-/// Every pointer; those below a list are left out.
-pub(super) fn pointers() -> Vec<String> {
-    fn collect(prefix: &str, node: &'static Value, pointers: &mut Vec<String>) {
-        for key in keys(node) {
-            let pointer = format!("{prefix}/{}", key.name);
-            if key.node["type"] != "array" {
-                collect(&pointer, key.node, pointers);
-            }
-            pointers.push(pointer);
+/// Visits every key below an object with its pointer, in which `N` stands for the place in a list; below a key where `visit` says so.
+pub(super) fn walk(prefix: &str, node: &'static Value, visit: &mut dyn FnMut(&str, &Key) -> bool) {
+    for key in keys(node) {
+        let pointer = format!("{prefix}/{}", key.name);
+        if visit(&pointer, &key) {
+            let list = if key.node["type"] == "array" { "/N" } else { "" };
+            walk(&format!("{pointer}{list}"), key.node, visit);
         }
     }
+}
+
+/// Every pointer; those below a list are left out.
+pub(super) fn pointers() -> Vec<String> {
     let mut pointers = Vec::new();
-    collect("", &CASE, &mut pointers);
+    walk("", &CASE, &mut |pointer, key| {
+        pointers.push(pointer.to_owned());
+        key.node["type"] != "array"
+    });
     pointers
 }
 
@@ -360,10 +355,11 @@ pub(super) fn expected(node: &'static Value) -> String {
         return choices.iter().map(expected).collect::<Vec<_>>().join(or);
     }
     if node.get("enum").is_some() {
-        return list(words(node));
+        return list(strings(&node["enum"]));
     }
     let number = |name: &str| number_text(node[name].as_f64().unwrap_or_default());
-    let unit = |node: &Value| node["unit"].as_str().map(|unit| format!(" {unit}")).unwrap_or_default();
+    let unit = node["unit"].as_str().map(|unit| format!(" {unit}")).unwrap_or_default();
+    let names = |keys: Vec<Key>| keys.iter().map(|key| quote(key.name)).collect::<Vec<_>>().join(", ");
     match node["type"].as_str() {
         Some("string") if node.get("pattern").is_some() => {
             "a percentage from \"0%\" to \"100%\" of the value".to_owned()
@@ -371,34 +367,25 @@ pub(super) fn expected(node: &'static Value) -> String {
         Some("string") => if node.get("minLength").is_some() { "text" } else { "a word" }.to_owned(),
         Some("boolean") => "true or false".to_owned(),
         Some("number") if node.get("exclusiveMinimum").is_some() => {
-            format!("a number in ({}, {}]{}", number("exclusiveMinimum"), number("maximum"), unit(node))
+            format!("a number in ({}, {}]{unit}", number("exclusiveMinimum"), number("maximum"))
         }
-        Some("number") => format!("a number in [{}, {}]{}", number("minimum"), number("maximum"), unit(node)),
+        Some("number") => format!("a number in [{}, {}]{unit}", number("minimum"), number("maximum")),
         Some("integer") => format!("a whole number in [{}, {}]", node["minimum"], node["maximum"]),
         Some("array") => {
             let one = expected(&node["items"]);
             let many = one.replacen("a number", "numbers", 1).replacen("an object", "objects", 1);
-            match (node["minItems"].as_u64(), number("maxItems")) {
-                (None | Some(0), max) => format!("a list of at most {max} {many}"),
-                (Some(_), max) if number("minItems") == max => format!("a list of {max} {many}"),
-                (Some(min), max) => format!("a list of {min} to {max} {many}"),
+            match (number("minItems"), number("maxItems")) {
+                (min, max) if min == "0" => format!("a list of at most {max} {many}"),
+                (min, max) if min == max => format!("a list of {max} {many}"),
+                (min, max) => format!("a list of {min} to {max} {many}"),
             }
         }
         _ if node.get("properties").is_some() => {
-            let keys = keys(node);
-            let needed: Vec<&str> =
-                keys.iter().filter(|key| key.is_needed() && key.text("group").is_empty()).map(|key| key.name).collect();
-            let names = if needed.is_empty() { keys.iter().map(|key| key.name).collect() } else { needed };
-            let file = if node.get("file").is_some() { ", or {\"file\": \"…\"}" } else { "" };
-            format!("an object with {}{file}", names.into_iter().map(quote).collect::<Vec<_>>().join(", "))
+            let needed: Vec<Key> = keys(node).into_iter().filter(|key| key.is_needed() && !key.has("group")).collect();
+            format!("an object with {}", names(if needed.is_empty() { keys(node) } else { needed }))
         }
         _ => "an object of JSON pointers and texts".to_owned(),
     }
-}
-
-/// The words of a choice; those that are read as one of them are left out.
-pub(super) fn words(node: &'static Value) -> Vec<&'static str> {
-    strings(&node["enum"])
 }
 
 /// Puts the words of the case file in place of others for them.
@@ -407,137 +394,18 @@ pub(super) fn without_aliases(node: &'static Value, value: &mut Value) {
         *value = meant.clone();
     }
     match value {
-        Value::Object(map) => {
-            for key in keys(node) {
-                map.get_mut(key.name).into_iter().for_each(|value| without_aliases(key.node, value));
-            }
-        }
+        Value::Object(map) => keys(node).into_iter().for_each(|key| {
+            map.get_mut(key.name).into_iter().for_each(|value| without_aliases(key.node, value));
+        }),
         Value::Array(items) => items.iter_mut().for_each(|item| without_aliases(&node["items"], item)),
         _ => {}
     }
-}
-
-/// The case file as a JSON Schema (2020-12): keys, types, ranges, defaults, units and meaning.
-pub fn schema() -> Value {
-    let mut schema = CASE.clone();
-    publish(&mut schema);
-    schema["title"] = json!("ripstop case");
-    schema["description"] =
-        json!("One impact of a woven fabric. Every key that is not required has a default that is named here.");
-    let file = json!({"type": "string", "description": "A file with the keys of a fabric, in the case's folder."});
-    let file = json!({"properties": {"file": file}, "required": ["file"], "additionalProperties": false});
-    for place in ["/properties/fabric", "/properties/pack/properties/layup/items/properties/fabric"] {
-        if let Some(fabric) = schema.pointer_mut(place) {
-            *fabric = json!({"anyOf": [file, fabric.take()]});
-        }
-    }
-    schema
-}
-
-/// Adds other words that are read as those of a choice.
-fn publish(node: &mut Value) {
-    match node {
-        Value::Array(items) => items.iter_mut().for_each(publish),
-        Value::Object(map) => {
-            let aliases = map.get("aliases").and_then(Value::as_object).into_iter().flatten();
-            let aliases: Vec<Value> = aliases.map(|(alias, _)| json!(alias)).collect();
-            map.get_mut("enum")
-                .and_then(Value::as_array_mut)
-                .into_iter()
-                .for_each(|words| words.extend(aliases.clone()));
-            map.values_mut().for_each(publish);
-        }
-        _ => {}
-    }
-}
-
-/// Every key of the case file in Markdown: one table for each object, with the pointers where it stands.
-pub fn reference() -> String {
-    let mut objects = vec![("The whole case".to_owned(), &*CASE)];
-    collect("", &CASE, &mut objects);
-    // A bar inside a cell does not end it.
-    let cell =
-        |text: String| if text.is_empty() { "| ".to_owned() } else { format!("| {} ", text.replace('|', "\\|")) };
-    let row = |key: &Key| {
-        let cells = [format!("`{}`", key.name), value(key), left_out(key), meaning(key)];
-        cells.map(cell).concat() + "|\n"
-    };
-    let head = "| key | value | if left out | meaning |\n|---|---|---|---|\n";
-    let rows = |node| keys(node).iter().map(row).collect::<String>();
-    let tables: Vec<String> =
-        objects.iter().map(|(title, node)| format!("## {title}\n\n{head}{}", rows(*node))).collect();
-    tables.join("\n")
-}
-
-/// Every object below, with the pointers where it stands; `N` stands for the place in a list.
-fn collect(prefix: &str, node: &'static Value, objects: &mut Vec<(String, &'static Value)>) {
-    for (key, inside) in keys(node).into_iter().filter_map(|key| Some((key, object(key.node)?))) {
-        let list = if key.node["type"] == "array" { "/N" } else { "" };
-        let pointer = format!("{prefix}/{}{list}", key.name);
-        match objects.iter_mut().find(|(_, known)| known["properties"] == inside["properties"]) {
-            // A fabric inside a layup is described where the case's fabric is.
-            Some((title, _)) => *title += &format!(", `{pointer}`"),
-            None => {
-                objects.push((format!("`{pointer}`"), inside));
-                collect(&pointer, inside, objects);
-            }
-        }
-    }
-}
-
-/// The values of a key; of an object the keys are in a table of their own.
-fn value(key: &Key) -> String {
-    let text = expected(key.node);
-    text.split_once(" with \"").map_or(text.clone(), |(object, _)| object.to_owned())
-}
-
-/// The value of a key that is left out, and where it comes from.
-fn left_out(key: &Key) -> String {
-    match (key.node.get("default"), key.condition("where"), key.text("or").strip_prefix('/')) {
-        _ if key.is_needed() && key.text("group").is_empty() => "**required**".to_owned(),
-        _ if key.is_needed() => "**one of the group**".to_owned(),
-        (Some(_), Some((other, values)), Some(or)) => {
-            format!("required, or {or}, unless {other} is {}", values.join(" or "))
-        }
-        (Some(Value::Object(_)), ..) => String::new(),
-        (Some(value), ..) => format!("{}, {}", text_of(value), key.text("source")),
-        (None, ..) => format!("{}{}", key.text("derived"), key.text("without")),
-    }
-}
-
-fn meaning(key: &Key) -> String {
-    let mut text = key.text("description").to_owned();
-    if let Some((other, values)) = key.condition("only") {
-        text += &format!(" Only where {other} is {}.", values.join(", "));
-    }
-    if !key.text("group").is_empty() {
-        text += &format!(" Exactly one gives the {}.", key.text("group"));
-    }
-    if !key.text("with").is_empty() {
-        text += &format!(" Only together with `{}`.", key.text("with"));
-    }
-    text
 }
 
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
-
-    #[test]
-    fn every_key_has_a_row_and_every_default_is_a_value_of_its_key_with_a_source() {
-        let (all, reference) = (pointers(), reference());
-        assert!(all.len() > 100, "{}", all.len());
-        for pointer in all {
-            let key = lookup(&pointer).unwrap();
-            assert!(key.text("description").ends_with('.'), "{pointer}");
-            assert!(reference.contains(&format!("\n| `{}` |", key.name)), "{pointer}");
-            if let Some(default) = key.node.get("default") {
-                assert!(accepts(key.node, default), "{pointer}");
-                assert!(default.is_object() || !key.text("source").is_empty(), "{pointer}");
-            }
-        }
-    }
 
     #[test]
     fn pointers_are_looked_up() {

@@ -6,7 +6,7 @@
 //!
 //! A document becomes a case in five steps: [`read`] parses it, `changes` changes it and `fabric` puts fabrics of files in their place,
 //! `error` checks it against the keys that the types below have, `provenance` completes it with defaults and keeps where each value came
-//! from, and the types read it and check what goes together.
+//! from, and the types read it and check what goes together. Limits on all of it together, such as memory, stand here.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -21,11 +21,11 @@ mod error;
 mod fabric;
 mod grading;
 mod keys;
-mod limits;
 mod pack;
 mod projectile;
 mod provenance;
 mod read;
+mod schema;
 mod solver;
 mod variability;
 
@@ -37,18 +37,20 @@ pub use fabric::{
 pub use grading::{Grading, LinesFrom};
 pub use pack::{Edge, Edges, InitialDeflection, Layer, Pack};
 pub use projectile::{Along, Motion, Projectile, Rotation, Shape};
-use provenance::Provenance;
 pub(crate) use provenance::mesh;
 pub use provenance::{Field, Origin, report};
 pub(crate) use read::{converged, realisation};
 pub use read::{from_str, from_text, read};
+pub use schema::{reference, schema};
 pub use solver::{
     Accuracy, Bound, ContactSampling, Expect, Numerics, Output, RunUntil, Solver, StretchSampling, Symmetry,
 };
 
-pub use keys::{reference, schema};
 pub(crate) use variability::RANGE_STREAM;
 pub use variability::{Distribution, Drawn, HitPlace, Scattered, Variability, YarnStrength};
+
+use error::short_number_text;
+use provenance::Provenance;
 
 /// The README's shot with some keys set, for unit tests.
 #[cfg(test)]
@@ -188,5 +190,201 @@ fn canonical(value: &Value) -> String {
             format!("{{{}}}", map.iter().map(entry).collect::<String>())
         }
         other => other.to_string(),
+    }
+}
+
+/// More steps than this are a mistake in the units of the case.
+const MAX_STEPS: f64 = 1e9;
+/// Elements are counted in 32 bits on the GPU.
+const MAX_ELEMENTS: f64 = 2_147_483_648.0;
+/// State and forces of one element with its node [bytes].
+const ELEMENT_BYTES: f64 = 400.0;
+/// Memory of contact between plies for one node [bytes].
+const CONTACT_BYTES: f64 = 350.0;
+/// Memory for making and compressing a frame, of one element with its node [bytes].
+const FRAME_BYTES: usize = 400;
+/// Memory of a frame that waits to be written, of one element with its node [bytes].
+const SNAPSHOT_BYTES: usize = 80;
+/// Memory that frames in the making may take, and those that wait [bytes]; one may always be made, and two wait.
+const FRAMES_BYTES: usize = 128 << 20;
+/// One row of the history [bytes].
+const ROW_BYTES: f64 = 200.0;
+/// Remedy for a mesh that is too large.
+const SMALLER: &str = "reduce width_mm and height_mm, or raise crossovers_per_element";
+
+/// Columns and rows nearest to a size [m], from the length of an element along each direction [m], in whole multiples of `fine`;
+/// `pointer` is what has that size.
+fn whole_elements(pointer: &str, size: [f64; 2], element: [f64; 2], fine: f64) -> Result<[usize; 2], CaseError> {
+    let [columns, rows] = [0, 1].map(|i| fine * (size[i] / (fine * element[i])).round().max(1.0));
+    at_most(columns * rows, pointer, "in a ply", || format!("{columns} × {rows} elements"))?;
+    Ok([columns as usize, rows as usize])
+}
+
+/// Refuses more elements than can be counted.
+fn at_most(count: f64, pointer: &str, place: &str, found: impl Fn() -> String) -> Result<(), CaseError> {
+    let error = || CaseError::at(pointer, format!("at most {MAX_ELEMENTS:.2e} elements {place}"), found());
+    if count > MAX_ELEMENTS { Err(error().help(SMALLER)) } else { Ok(()) }
+}
+
+/// Refuses what cannot be run: too many elements or steps, too much memory.
+fn check_limits(case: &Case) -> Result<(), CaseError> {
+    let count = sum(case, |elements, _| elements);
+    at_most(count, "/pack", "over all plies", || format!("{count:.2e} elements"))?;
+    let critical = case.layers().iter().map(critical_step).fold(f64::INFINITY, f64::min);
+    let step = case.solver.courant * critical;
+    let steps = (case.solver.end_time / step).ceil();
+    if steps > MAX_STEPS {
+        let longest = short_number_text(MAX_STEPS * step * 1e6);
+        let expected = format!("at most 1e9 time steps: up to {longest} µs with steps of {:.3e} µs", step * 1e6);
+        return Err(CaseError::at("/solver/end_time_us", expected, format!("{steps:.3e} steps")));
+    }
+    memory(memory_needed(case), memory_available())
+}
+
+/// Sum over the plies of a number that follows from the elements and the nodes of one.
+fn sum(case: &Case, of: impl Fn(f64, f64) -> f64) -> f64 {
+    let of_layer = |layer: &Layer| {
+        let [columns, rows] = layer.counts().map(|count| count as f64);
+        f64::from(layer.plies) * of(columns * rows, (columns + 1.0) * (rows + 1.0))
+    };
+    case.layers().iter().map(of_layer).sum()
+}
+
+/// Leaves out what would come after the end of the run, and notes it in the case.
+fn fit_to_end(case: &mut Case) {
+    let end = case.solver.end_time;
+    // The end, and a time like it computed from another unit, may differ in the last digit.
+    let is_late = |time: f64| time > end * (1.0 + 1e-12);
+    let us = |time: f64| format!("{} µs", short_number_text(time * 1e6));
+    let mut note =
+        |what: String| case.notes.push(format!("{what}: after the end of the run, /solver/end_time_us = {}", us(end)));
+    let output = &mut case.output;
+    if is_late(output.history_interval) {
+        note(format!("/output/history_interval_us = {} is taken as the end", us(output.history_interval)));
+        output.history_interval = end;
+    }
+    let late: Vec<String> = output.profile_times.extract_if(.., |time| is_late(*time)).map(us).collect();
+    if !late.is_empty() {
+        note(format!("/output/profile_times_us: {} left out", late.join(", ")));
+    }
+    let mut index = 0..;
+    case.expect.retain(|expect| {
+        let late = expect.at.or(expect.between.map(|[_, last]| last)).filter(|time| is_late(*time));
+        let index = index.next().unwrap_or_default();
+        late.inspect(|time| note(format!("/expect/{index} at {} left out", us(*time)))).is_none()
+    });
+}
+
+/// Critical step of the one-point orthotropic quad, min(Lx √(Ad/C1), Ly √(Ad/C2)) [s].
+fn critical_step(layer: &Layer) -> f64 {
+    let fabric = &layer.fabric;
+    let area = |linear_density: f64| linear_density / fabric.fibre_density;
+    let stiffness_x = fabric.warp.modulus * area(fabric.warp.linear_density) * fabric.weft.count;
+    let stiffness_y = fabric.weft.modulus * area(fabric.weft.linear_density) * fabric.warp.count;
+    let step_x = layer.element_length_x * (fabric.areal_density / stiffness_x).sqrt();
+    let step_y = layer.element_length_y * (fabric.areal_density / stiffness_y).sqrt();
+    step_x.min(step_y)
+}
+
+/// Bytes that the run will hold, about.
+fn memory_needed(case: &Case) -> f64 {
+    let contact = if case.pack.plies > 1 { CONTACT_BYTES } else { 0.0 };
+    let frames = match case.output.frames as usize {
+        0 => 0,
+        frames => of_frames(case, frames, FRAME_BYTES, 1) + case.waiting_frame_bytes(),
+    };
+    let rows = case.solver.end_time / case.output.history_interval + 2.0;
+    sum(case, |elements, nodes| elements * ELEMENT_BYTES + nodes * contact) + rows * ROW_BYTES + frames as f64
+}
+
+/// Bytes of frames with `of_element` bytes per element: of all of them if they are small, of `always` of them at least.
+fn of_frames(case: &Case, frames: usize, of_element: usize, always: usize) -> usize {
+    let one = of_element.saturating_mul(case.elements());
+    one.saturating_mul(frames).min(FRAMES_BYTES).max(one.saturating_mul(always))
+}
+
+impl Case {
+    /// Memory set aside for frames that wait to be written [bytes].
+    pub(crate) fn waiting_frame_bytes(&self) -> usize {
+        // Up to twice as many as asked for are kept until the end of the run is known.
+        of_frames(self, 2 * self.output.frames as usize, SNAPSHOT_BYTES, 2)
+    }
+
+    /// Frames that the memory set aside for making them holds, at least one.
+    pub(crate) fn frames_at_once(&self) -> usize {
+        (FRAMES_BYTES / FRAME_BYTES.saturating_mul(self.elements()).max(1)).max(1)
+    }
+}
+
+/// Bytes that this machine, or the container around the process, has left; `None` where it does not say.
+fn memory_available() -> Option<f64> {
+    let mut system = sysinfo::System::new();
+    system.refresh_memory();
+    let machine = system.available_memory();
+    let available = system.cgroup_limits().map_or(machine, |limits| limits.free_memory.min(machine));
+    (machine > 0).then_some(available as f64)
+}
+
+fn memory(needed: f64, available: Option<f64>) -> Result<(), CaseError> {
+    let Some(available) = available.filter(|available| needed > *available) else { return Ok(()) };
+    let expected = format!("a case that fits into the memory available, {}", bytes(available));
+    let error = CaseError::at("/pack", expected, format!("{} needed", bytes(needed)));
+    Err(error.help(format!("{SMALLER}, raise history_interval_us, or write no frames")))
+}
+
+fn bytes(count: f64) -> String {
+    let units = [(1e12, "TB"), (1e9, "GB"), (1e6, "MB")];
+    let (size, unit) = units.into_iter().find(|(size, _)| count >= *size).unwrap_or((1e3, "kB"));
+    format!("{:.1} {unit}", count / size)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+    use super::*;
+
+    #[test]
+    fn the_mesh_is_the_nearest_whole_number_and_never_overflows() {
+        assert_eq!(whole_elements("/pack", [0.203, 0.001], [0.00127, 0.00127], 1.0).unwrap(), [160, 1]);
+        assert_eq!(whole_elements("/pack", [0.0305, 0.0294], [0.000635, 0.000635], 2.0).unwrap(), [48, 46]);
+        assert!(whole_elements("/pack", [f64::MAX, f64::MAX], [1e-300, 1e-300], 1.0).is_err());
+    }
+
+    /// Memory for a case of these plies and frames, its two rows of history aside, and its elements.
+    fn needed(pack: &str, frames: u32) -> (f64, f64) {
+        let text = format!(
+            r#"{{"title": "t", "fabric": {{"file": "fabrics/s-720.json"}}, "solver": {{"end_time_us": 100}},
+                "output": {{"history_interval_us": 100, "frames": {frames}}}, "pack": {{"width_mm": 14, "height_mm": 25.4, {pack}}}}}"#
+        );
+        let case = crate::case::from_str("t", &text, &[]).unwrap();
+        (memory_needed(&case) - 3.0 * ROW_BYTES, case.elements() as f64)
+    }
+
+    #[test]
+    fn memory_counts_every_ply_its_contact_and_its_frames() {
+        let (one, two) = (220.0 * ELEMENT_BYTES, 2.0 * (220.0 * ELEMENT_BYTES + 252.0 * CONTACT_BYTES));
+        // 14 mm are 9.4 crossovers of S-728 and 11.0 of S-720, 25.4 mm 17 and 20.
+        let own = 9.0 * 17.0 * ELEMENT_BYTES + 10.0 * 18.0 * CONTACT_BYTES;
+        for (pack, bytes) in [
+            (r#""plies": 1"#, one),
+            (r#""plies": 2"#, two),
+            (r#""layup": [{}, {"orientation_deg": 90}]"#, two),
+            (r#""layup": [{}, {"fabric": {"file": "fabrics/s-728.json"}}]"#, 0.5 * two + own),
+        ] {
+            assert_eq!(needed(pack, 0).0, bytes, "{pack}");
+        }
+        let frames = |pack: &str, frames: u32| (needed(pack, frames).0 - needed(pack, 0).0, needed(pack, 0).1);
+        let (few, elements) = frames(r#""plies": 1"#, 10);
+        assert_eq!(few, elements * 10.0 * (FRAME_BYTES + 2 * SNAPSHOT_BYTES) as f64);
+        // Of many frames of a large pack one is made and two wait.
+        let (many, elements) = frames(r#""plies": 16, "elements_per_crossover": 16"#, 10_000);
+        assert_eq!(many, elements * (FRAME_BYTES + 2 * SNAPSHOT_BYTES) as f64);
+    }
+
+    #[test]
+    fn refuses_more_memory_than_there_is_and_says_both_numbers() {
+        assert!(memory(1e9, Some(2e9)).is_ok() && memory(1e30, None).is_ok());
+        let error = memory(2.56e12, Some(1.2e9)).unwrap_err();
+        assert!(error.expected.contains("1.2 GB") && error.found.contains("2.6 TB"), "{error}");
     }
 }

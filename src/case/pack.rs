@@ -10,7 +10,7 @@ use super::error::short_number_text;
 use super::grading::{GradingKeys, GradingWord};
 use super::keys::{WordOr, choices};
 use super::provenance::Provenance;
-use super::{Accuracy, CaseError, Fabric, Grading, Numerics, Projectile, Solver, limits};
+use super::{Accuracy, CaseError, Fabric, Grading, Numerics, Projectile, Solver, whole_elements};
 
 /// Plies of a pack at most.
 pub(super) const MAX_PLIES: u32 = 64;
@@ -109,13 +109,6 @@ pub struct Pack {
     /// Growth of elements away from the hit; `None`: they are alike.
     #[serde(skip)]
     pub grading: Option<Grading>,
-}
-
-impl Pack {
-    /// Crossovers along a side of the finest elements.
-    pub(crate) fn crossovers_along_element(&self) -> f64 {
-        f64::from(self.crossovers_per_element) / f64::from(self.elements_per_crossover)
-    }
 }
 
 /// Consecutive plies that are alike.
@@ -265,9 +258,15 @@ pub(super) fn share_with_layup(document: &mut Value) {
 }
 
 impl Pack {
+    /// Crossovers along a side of the finest elements.
+    pub(crate) fn crossovers_along_element(&self) -> f64 {
+        f64::from(self.crossovers_per_element) / f64::from(self.elements_per_crossover)
+    }
+
+    /// Completes and checks the pack.
     pub(super) fn complete(
         &mut self,
-        fabric: &Fabric,
+        common: &Fabric,
         projectile: Option<&Projectile>,
         solver: &Solver,
         record: &Provenance,
@@ -285,19 +284,32 @@ impl Pack {
             record.derive_text("/pack/elements_per_crossover", self.elements_per_crossover, "", false);
         }
         let (size, side) = ([self.width, self.height], self.crossovers_along_element());
-        ([self.columns, self.rows], [self.element_length_x, self.element_length_y]) =
-            mesh("/pack", fabric, size, side, record)?;
+        // Columns and rows, and the element lengths [m], of what stands at a pointer.
+        let mesh = |at: &str, fabric: &Fabric, size: [f64; 2]| {
+            let length = [&fabric.warp, &fabric.weft].map(|yarn| side * 2.0 * yarn.half_span());
+            // Finer meshes cover the same cloth: whole crossovers.
+            let count = whole_elements(at, size, length, (1.0 / side).round().max(1.0))?;
+            let how = "the size over the element length, to the nearest whole number of crossovers";
+            record.derive_text(&format!("{at}/columns"), count[0], how, false);
+            record.derive_text(&format!("{at}/rows"), count[1], how, false);
+            Ok((count, length))
+        };
+        ([self.columns, self.rows], [self.element_length_x, self.element_length_y]) = mesh("/pack", common, size)?;
         for (index, layer) in self.layup.iter_mut().enumerate() {
-            layer.complete(&format!("{LAYUP}/{index}"), fabric, size, side, record)?;
+            let at = format!("{LAYUP}/{index}");
+            layer.complete(&at, common, record)?;
+            let size = if layer.lies_across() { [size[1], size[0]] } else { size };
+            ([layer.columns, layer.rows], [layer.element_length_x, layer.element_length_y]) =
+                mesh(&at, &layer.fabric, size)?;
         }
         if !self.layup.is_empty() {
             self.complete_plies(record)?;
         }
         if self.spacing.is_none() {
-            derive_spacing(fabric, &self.layup, record);
+            derive_spacing(common, &self.layup, record);
         }
         let thickness = self.layup.iter().map(|layer| layer.fabric.thickness);
-        let thickest = thickness.reduce(f64::max).unwrap_or(fabric.thickness);
+        let thickest = thickness.reduce(f64::max).unwrap_or(common.thickness);
         let depth = f64::from(self.plies - 1) * self.spacing.unwrap_or(thickest);
         // A bar meets whole rows of nodes, and sends waves along the whole of the strip: its mesh is even.
         let grading = GradingKeys::grading(self.mesh_grading, finer && !bar, projectile, side, record)?;
@@ -326,54 +338,28 @@ impl Pack {
 }
 
 impl Layer {
-    /// Completes the group at a pointer; `side` is the number of crossovers along the side of an element.
-    fn complete(
-        &mut self,
-        at: &str,
-        common: &Fabric,
-        size: [f64; 2],
-        side: f64,
-        record: &Provenance,
-    ) -> Result<(), CaseError> {
-        if record.has(&format!("{at}/fabric/name")) {
-            self.fabric.complete(&format!("{at}/fabric"), record)?;
-        } else {
-            record.derive_text(&format!("{at}/fabric"), &common.name, "", false);
-            self.fabric = common.clone();
-        }
+    /// Completes the fabric of the group at a pointer, and records what it shares with the pack.
+    fn complete(&mut self, at: &str, common: &Fabric, record: &Provenance) -> Result<(), CaseError> {
         for key in ["edges", "initial_velocity_m_s"] {
             let (own, above) = (format!("{at}/{key}"), format!("/pack/{key}"));
             if !record.has(&own) {
                 record.derive_text(&own, record.value(&above), "", record.is_assumed(&above));
             }
         }
-        // Where the warp lies along the pack's Y axis the ply's own width is the pack's height. Degrees become radians with a rounding error.
-        let quarters = self.orientation / FRAC_PI_2;
-        let lies_across = (quarters - quarters.round()).abs() < 1e-9 && quarters.round().rem_euclid(2.0) == 1.0;
-        let size = if lies_across { [size[1], size[0]] } else { size };
-        ([self.columns, self.rows], [self.element_length_x, self.element_length_y]) =
-            mesh(at, &self.fabric, size, side, record)?;
+        if record.has(&format!("{at}/fabric")) {
+            return self.fabric.complete(&format!("{at}/fabric"), record);
+        }
+        record.derive_text(&format!("{at}/fabric"), &common.name, "", false);
+        self.fabric = common.clone();
         Ok(())
     }
-}
 
-/// Columns and rows, and the element lengths [m], for a size [m]: of the pack or of a group of its plies; `side` is the
-/// number of crossovers along the side of an element.
-fn mesh(
-    at: &str,
-    fabric: &Fabric,
-    size: [f64; 2],
-    side: f64,
-    record: &Provenance,
-) -> Result<([usize; 2], [f64; 2]), CaseError> {
-    let length = [&fabric.warp, &fabric.weft].map(|yarn| side * 2.0 * yarn.half_span());
-    // Finer meshes cover the same cloth: whole crossovers.
-    let count = limits::mesh(at, size, length, (1.0 / side).round().max(1.0))?;
-    let how = "the size over the element length, to the nearest whole number of crossovers";
-    for (name, count) in [("columns", count[0]), ("rows", count[1])] {
-        record.derive_text(&format!("{at}/{name}"), count, how, false);
+    /// Whether the warp lies along the pack's Y axis: then the ply's own width is the pack's height.
+    fn lies_across(&self) -> bool {
+        // Degrees become radians with a rounding error.
+        let quarters = self.orientation / FRAC_PI_2;
+        (quarters - quarters.round()).abs() < 1e-9 && quarters.round().rem_euclid(2.0) == 1.0
     }
-    Ok((count, length))
 }
 
 /// Records the spacing that follows from the thicknesses of neighbouring plies.

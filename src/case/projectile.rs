@@ -14,6 +14,8 @@ use crate::num::solid::Solid;
 const TIP_RADIUS: f64 = 0.5e-3;
 /// Largest such rounding over the diameter [-].
 const TIP_PART: f64 = 0.1;
+/// Words for both.
+const ROUNDED: &str = "assumed: 0.5 mm, at most a tenth of diameter_mm and what the shape has room for";
 /// Shapes that have a length and edges.
 const LONG: [&str; 4] = ["cylinder", "cone", "ogive", "fragment"];
 /// Shapes that can turn.
@@ -235,12 +237,12 @@ struct ShapeKeys {
     /// Length of the nose, at most length_mm; of an ogive at least half of diameter_mm.
     ///
     /// Otherwise: a plain cone: length_mm; an ogive: assumed, 1.5 × diameter_mm, at most length_mm.
-    #[schemars(range(min = 1e-3, max = 10_000.0), extend("only" = {"shape": ["cone", "ogive"]}))]
+    #[schemars(range(min = 1e-3, max = 10_000.0), extend("only" = {"shape": ["cone", "ogive"]}, "at_most" = "length_mm"))]
     nose_length_mm: Option<f64>,
     /// Width of the flat strip across the front, at most diameter_mm, between the slanted flats.
     ///
     /// Otherwise: assumed: 0.46 × diameter_mm, about as chisel-nosed fragment simulators have it.
-    #[schemars(range(min = 1e-3, max = 1000.0), extend("only" = {"shape": ["fragment"]}))]
+    #[schemars(range(min = 1e-3, max = 1000.0), extend("only" = {"shape": ["fragment"]}, "at_most" = "diameter_mm"))]
     nose_flat_mm: Option<f64>,
     /// Angle between the strip's plane and the slanted flats.
     ///
@@ -341,33 +343,26 @@ impl Shape {
 
     /// Completes and checks the nose.
     fn complete(&mut self, record: &Provenance) -> Result<(), CaseError> {
-        let refused = |key: &str, expected: String, found: f64| CaseError::at(at(key), expected, millimetres(found));
-        let at_most = |key: &str, given: f64, limit_key: &str, limit: f64| {
-            let expected = || format!("at most {limit_key}, which is {}", millimetres(limit));
-            if given > limit { Err(refused(key, expected(), given)) } else { Ok(()) }
-        };
         match self {
             Self::Cone { length, nose_length, .. } => {
                 record.fill(&at("nose_length_mm"), nose_length, *length, "length_mm: a plain cone", false);
-                at_most("nose_length_mm", *nose_length, "length_mm", *length)
             }
             Self::Ogive { diameter, length, nose_length } => {
                 let (radius, own) = (0.5 * *diameter, length.min(1.5 * *diameter));
-                // A tangent arc is at least as long as the radius that it closes.
-                for (key, found) in [("length_mm", *length), ("nose_length_mm", *nose_length)] {
-                    if found < radius && record.has(&at(key)) {
-                        let expected = format!("at least half of diameter_mm, which is {}", millimetres(radius));
-                        let help = "a tangent ogive of that length is a hemisphere, a shorter one there is not";
-                        return Err(refused(key, expected, found).help(help));
-                    }
-                }
                 let how = "assumed: 1.5 × diameter_mm, at most length_mm";
                 record.fill(&at("nose_length_mm"), nose_length, own, how, true);
-                at_most("nose_length_mm", *nose_length, "length_mm", *length)
+                // A tangent arc is at least as long as the radius that it closes.
+                let lengths = [("length_mm", *length), ("nose_length_mm", *nose_length)];
+                if let Some((key, found)) = lengths.into_iter().find(|(_, length)| *length < radius) {
+                    let expected = format!("at least half of diameter_mm, which is {}", millimetres(radius));
+                    let error = CaseError::at(at(key), expected, millimetres(found));
+                    return Err(
+                        error.help("a tangent ogive of that length is a hemisphere, a shorter one there is not")
+                    );
+                }
             }
             Self::Fragment { diameter, length, nose_flat, nose_angle, .. } => {
                 record.fill(&at("nose_flat_mm"), nose_flat, 0.46 * *diameter, "", true);
-                at_most("nose_flat_mm", *nose_flat, "diameter_mm", *diameter)?;
                 // The slanted flats must meet the wall before the tail.
                 let nose = 0.5 * (*diameter - *nose_flat) * nose_angle.tan();
                 if nose > *length {
@@ -375,10 +370,10 @@ impl Shape {
                     let found = format!("a nose of {}", millimetres(nose));
                     return Err(CaseError::at(at("nose_angle_deg"), expected, found));
                 }
-                Ok(())
             }
-            Self::Cylinder { .. } | Self::Sphere { .. } | Self::Bar { .. } => Ok(()),
+            Self::Cylinder { .. } | Self::Sphere { .. } | Self::Bar { .. } => {}
         }
+        Ok(())
     }
 }
 
@@ -425,11 +420,9 @@ impl Projectile {
 
     fn complete_edge_radius(&mut self, record: &Provenance) -> Result<(), CaseError> {
         let (largest, pointed) = (self.shape.largest_edge(), self.shape.is_pointed());
-        let (radius, how) = if pointed {
-            let how = "assumed: 0.5 mm, at most a tenth of diameter_mm and what the shape has room for";
-            (TIP_RADIUS.min(TIP_PART * self.shape.diameter()).min(largest), how)
-        } else {
-            (0.0, "sharp edges")
+        let (radius, how) = match pointed {
+            true => (TIP_RADIUS.min(TIP_PART * self.shape.diameter()).min(largest), ROUNDED),
+            false => (0.0, "sharp edges"),
         };
         record.fill(&at("edge_radius_mm"), &mut self.edge_radius, radius, how, pointed);
         if self.edge_radius > largest {

@@ -6,7 +6,7 @@ use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
 use super::error::{is_at_or_below, short_number_text, text_of, whole};
-use super::keys::{Key, keys, lookup, order, split_unit};
+use super::keys::{Key, choices, keys, lookup, order, split_unit};
 use super::{Case, CaseError, Layer};
 
 /// One field of the case and where its value came from.
@@ -27,37 +27,23 @@ pub struct Field {
     pub assumed: bool,
 }
 
-/// Where a field's value came from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Origin {
-    /// From the case file or `--set`.
-    Read,
-    /// Not given: the documented default.
-    Default,
-    /// Computed from other fields.
-    Derived,
-}
-
-impl Origin {
-    /// One word.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Read => "read",
-            Self::Default => "default",
-            Self::Derived => "derived",
-        }
+choices! {
+    /// Where a field's value came from.
+    pub enum Origin {
+        /// From the case file or `--set`.
+        Read = "read",
+        /// Not given: the documented default.
+        Default = "default",
+        /// Computed from other fields.
+        Derived = "derived",
     }
 }
 
 impl Field {
     /// The value with its unit.
     pub(crate) fn with_unit(&self) -> String {
-        if self.unit.is_empty() || self.value == "none" {
-            self.value.clone()
-        } else {
-            format!("{} {}", self.value, self.unit)
-        }
+        let unit = if self.value == "none" { "" } else { self.unit };
+        format!("{} {unit}", self.value).trim_end().to_owned()
     }
 }
 

@@ -1,18 +1,17 @@
-//! From a file or text to a checked case; JSON is read like `serde_json` does, but a key given twice is an error, and errors say what to do.
+//! From a file or text to a checked case. A key given twice is an error, and errors of JSON say what to do.
 
-use std::fmt;
+use std::collections::HashSet;
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess, SeqAccess, Visitor};
-use serde_json::{Map, Number, Value, json};
+use serde_json::{Deserializer, Value, json};
 
 use super::changes::{self, Change};
 use super::error::{CaseError, check, describe, is_at_or_below, quote};
 use super::keys::{CASE, without_aliases};
 use super::provenance::{Provenance, in_si, typed};
-use super::{Case, fabric, limits, pack, solver, variability};
+use super::{Case, fabric, pack, solver, variability};
 
 /// Largest size of a case file [bytes]; a larger file is something else.
 const MAX_BYTES: u64 = 1 << 20;
@@ -72,10 +71,8 @@ pub(super) fn text_of_file(path: &Path) -> Result<String, CaseError> {
     }
     String::from_utf8(bytes).map_err(|error| {
         let (before, rest) = error.as_bytes().split_at(error.utf8_error().valid_up_to());
-        let line = before.iter().filter(|byte| **byte == b'\n').count() + 1;
-        let column = before.iter().rev().take_while(|byte| **byte != b'\n').count() + 1;
         let found = format!("the byte 0x{:02X}", rest.first().unwrap_or(&0));
-        CaseError::at(format!("line {line}, column {column}"), "UTF-8 text", found).help("save the file as UTF-8")
+        CaseError::at(line_column(before), "UTF-8 text", found).help("save the file as UTF-8")
     })
 }
 
@@ -137,8 +134,8 @@ fn checked(document: &Value) -> Result<Case, Vec<CaseError>> {
         None => built,
         Some((document, drawn)) => Case { drawn, ..self::built(&document)? },
     };
-    limits::fit(&mut case);
-    limits::check(&case).map_err(|error| vec![error])?;
+    super::fit_to_end(&mut case);
+    super::check_limits(&case).map_err(|error| vec![error])?;
     Ok(case)
 }
 
@@ -190,8 +187,6 @@ fn rebuilt(case: &Case, document: Value) -> Result<Case, Vec<CaseError>> {
     Ok(Case { name: case.name.clone(), path: case.path.clone(), as_run: document, ..built })
 }
 
-const DUPLICATE: &str = "duplicate key ";
-
 /// Parses one JSON document; errors are located by line and column.
 pub(super) fn parse(text: &str) -> Result<Value, CaseError> {
     let refused = |found| CaseError::at("line 1, column 1", "a JSON document", found);
@@ -201,9 +196,40 @@ pub(super) fn parse(text: &str) -> Result<Value, CaseError> {
     if text.trim().is_empty() {
         return Err(refused("an empty file"));
     }
-    let mut reader = serde_json::Deserializer::from_str(text);
-    let value = Unique.deserialize(&mut reader).and_then(|value| reader.end().map(|()| value));
-    value.map_err(|error| explain(text, &error))
+    let value = serde_json::from_str(text).map_err(|error| explain(text, &error))?;
+    duplicate(text).map_or(Ok(value), Err)
+}
+
+/// The error of the first key that an object of a JSON text has twice.
+fn duplicate(text: &str) -> Option<CaseError> {
+    let (mut objects, mut at) = (Vec::new(), 0);
+    while let Some(sign) = text.as_bytes().get(at) {
+        match sign {
+            b'{' => objects.push(HashSet::new()),
+            b'}' => drop(objects.pop()),
+            b'"' => {
+                let mut strings = Deserializer::from_str(&text[at..]).into_iter::<String>();
+                let key = strings.next()?.ok()?;
+                at += strings.byte_offset() - 1;
+                if text[at + 1..].trim_start().starts_with(':') && !objects.last_mut()?.insert(key.clone()) {
+                    let (place, found) =
+                        (line_column(&text.as_bytes()[..at]), format!("duplicate key {}", quote(&key)));
+                    let error = CaseError::at(place, "each key once in an object", found);
+                    return Some(error.help("remove one of the two, or rename it"));
+                }
+            }
+            _ => {}
+        }
+        at += 1;
+    }
+    None
+}
+
+/// `line L, column C` of what follows these bytes of a text, both from 1.
+fn line_column(before: &[u8]) -> String {
+    let line = before.iter().filter(|byte| **byte == b'\n').count() + 1;
+    let column = before.iter().rev().take_while(|byte| **byte != b'\n').count() + 1;
+    format!("line {line}, column {column}")
 }
 
 fn explain(text: &str, error: &serde_json::Error) -> CaseError {
@@ -217,9 +243,6 @@ fn explain(text: &str, error: &serde_json::Error) -> CaseError {
             format!("the end of the text ({message})"),
             Some("a closing brace, bracket or quote is missing; was the file cut off?"),
         ),
-        _ if message.starts_with(DUPLICATE) => {
-            ("each key once in an object", message.to_owned(), Some("remove one of the two, or rename it"))
-        }
         "recursion limit exceeded" => ("objects and lists nested at most 127 deep", "deeper nesting".to_owned(), None),
         "number out of range" => ("a number that fits in 64 bits (below 1.8e308)", found, None),
         "trailing comma" => {
@@ -265,67 +288,5 @@ fn token_at(text: &str, line: usize, column: usize) -> String {
         Some(first) if part(first) => rest.chars().take_while(|c| part(*c)).take(40).collect(),
         Some('/') => rest.chars().take(2).collect(),
         first => first.into_iter().collect(),
-    }
-}
-
-/// Reader of a value whose objects have each key once.
-struct Unique;
-
-impl<'de> DeserializeSeed<'de> for Unique {
-    type Value = Value;
-
-    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Value, D::Error> {
-        deserializer.deserialize_any(self)
-    }
-}
-
-impl<'de> Visitor<'de> for Unique {
-    type Value = Value;
-
-    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str("a JSON value")
-    }
-
-    fn visit_unit<E>(self) -> Result<Value, E> {
-        Ok(Value::Null)
-    }
-
-    fn visit_bool<E>(self, flag: bool) -> Result<Value, E> {
-        Ok(Value::Bool(flag))
-    }
-
-    fn visit_i64<E>(self, number: i64) -> Result<Value, E> {
-        Ok(Value::from(number))
-    }
-
-    fn visit_u64<E>(self, number: u64) -> Result<Value, E> {
-        Ok(Value::from(number))
-    }
-
-    fn visit_f64<E: Error>(self, number: f64) -> Result<Value, E> {
-        Number::from_f64(number).map(Value::Number).ok_or_else(|| E::custom("number out of range"))
-    }
-
-    fn visit_str<E>(self, text: &str) -> Result<Value, E> {
-        Ok(Value::from(text))
-    }
-
-    fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<Value, A::Error> {
-        let mut list = Vec::new();
-        while let Some(item) = items.next_element_seed(Self)? {
-            list.push(item);
-        }
-        Ok(Value::Array(list))
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, mut entries: A) -> Result<Value, A::Error> {
-        let mut map = Map::new();
-        while let Some(key) = entries.next_key::<String>()? {
-            if map.contains_key(&key) {
-                return Err(A::Error::custom(format!("{DUPLICATE}{}", quote(&key))));
-            }
-            map.insert(key, entries.next_value_seed(Self)?);
-        }
-        Ok(Value::Object(map))
     }
 }

@@ -118,7 +118,6 @@ pub struct Output {
 
 choices! {
     /// The scheme that keys left out of a case take their values from.
-    #[non_exhaustive]
     pub enum Numerics {
         /// Shock viscosity, contact at the edges, a mesh that is fine around the hit.
         Default = "default",
@@ -126,7 +125,6 @@ choices! {
         Paper = "paper",
     }
     /// Refinement of the mesh around the hit.
-    #[non_exhaustive]
     pub enum Accuracy {
         /// The cheapest mesh whose ballistic limit is near the converged one.
         Default = "default",
@@ -134,7 +132,6 @@ choices! {
         Converged = "converged",
     }
     /// Whether mirror symmetry may be used.
-    #[non_exhaustive]
     pub enum Symmetry {
         /// Where the scene has it.
         Auto = "auto",
@@ -142,7 +139,6 @@ choices! {
         None = "none",
     }
     /// Where contact with the projectile is sampled.
-    #[non_exhaustive]
     pub enum ContactSampling {
         /// At nodes.
         Nodes = "nodes",
@@ -150,7 +146,6 @@ choices! {
         Edges = "edges",
     }
     /// Where an element's stretches are taken.
-    #[non_exhaustive]
     pub enum StretchSampling {
         /// At its centre.
         Centre = "centre",
@@ -158,7 +153,6 @@ choices! {
         Mean = "mean",
     }
     /// When the run ends.
-    #[non_exhaustive]
     pub enum RunUntil {
         /// As soon as the outcome is known (or at `end_time`).
         Outcome = "outcome",
@@ -280,7 +274,7 @@ struct BoundKeys {
     /// The expected number or word.
     value: Option<NumberOrWord>,
     /// Least value; instead of value.
-    #[schemars(range(min = -1e15, max = 1e15))]
+    #[schemars(range(min = -1e15, max = 1e15), extend("at_most" = "max"))]
     min: Option<f64>,
     /// Largest value; instead of value.
     #[schemars(range(min = -1e15, max = 1e15))]
@@ -328,12 +322,9 @@ impl BoundKeys {
             }
             (None, Some(_)) => refused("/tolerance", "no tolerance without \"value\"", &tolerance),
             (None, None) if !is_ranged => refused("", "\"value\", \"min\" or \"max\"", "none of them"),
-            (None, None) => match (self.min.unwrap_or(f64::NEG_INFINITY), self.max.unwrap_or(f64::INFINITY)) {
-                (min, max) if min > max => {
-                    refused("/min", &format!("at most max, which is {}", number_text(max)), &number_text(min))
-                }
-                (min, max) => Ok(Bound::Range { min, max }),
-            },
+            (None, None) => {
+                Ok(Bound::Range { min: self.min.unwrap_or(f64::NEG_INFINITY), max: self.max.unwrap_or(f64::INFINITY) })
+            }
         }
     }
 }

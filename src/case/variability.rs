@@ -103,7 +103,6 @@ struct AngleKeys {
 
 choices! {
     /// A distribution about a nominal value.
-    #[non_exhaustive]
     pub enum Distribution {
         /// Normal.
         Normal = "normal",
@@ -111,7 +110,6 @@ choices! {
         Uniform = "uniform",
     }
     /// Where the projectile of a shot hits.
-    #[non_exhaustive]
     pub enum HitPlace {
         /// The point of aim.
         Aimed = "aimed",
@@ -146,16 +144,13 @@ pub struct Drawn {
     pub value: f64,
 }
 
-/// Purposes of the draws of a whole shot: the `yarn` of their key.
-mod stream {
-    pub(super) const HIT: u32 = 0;
-    pub(super) const VELOCITY: u32 = 1;
-    pub(super) const OBLIQUITY: u32 = 2;
-    pub(super) const YAW: u32 = 3;
-    pub(super) const MODULUS: u32 = 4;
-    pub(super) const CRIMP: u32 = 5;
-}
-
+// Purposes of the draws of a whole shot: the `yarn` of their key.
+const HIT: u32 = 0;
+const VELOCITY: u32 = 1;
+const OBLIQUITY: u32 = 2;
+const YAW: u32 = 3;
+const MODULUS: u32 = 4;
+const CRIMP: u32 = 5;
 /// Stream of the velocity that `ripstop shots --velocity A..B` draws.
 pub(crate) const RANGE_STREAM: u32 = 6;
 
@@ -190,16 +185,15 @@ impl Variability {
             ("obliquity", self.obliquity.is_some()),
             ("yaw", self.yaw.is_some()),
         ];
-        let refused = |name: &str, expected: &str, found: &str| {
-            Err(CaseError::at(format!("/variability/{name}"), expected, found))
-        };
-        match (in_flight.iter().find(|(_, varies)| *varies), projectile) {
-            (Some((name, _)), None) => refused(name, "a projectile, whose flight varies", "none in the case"),
-            (_, Some(projectile)) if self.yaw.is_some() && projectile.shape.is_bar() => {
-                refused("yaw", "a projectile that can yaw", "a bar, which lies along the pack")
+        let lies_along = projectile.is_some_and(|projectile| projectile.shape.is_bar());
+        let (name, expected, found) = match in_flight.iter().find(|(_, varies)| *varies) {
+            Some((name, _)) if projectile.is_none() => (*name, "a projectile, whose flight varies", "none in the case"),
+            _ if self.yaw.is_some() && lies_along => {
+                ("yaw", "a projectile that can yaw", "a bar, which lies along the pack")
             }
-            _ => Ok(()),
-        }
+            _ => return Ok(()),
+        };
+        Err(CaseError::at(format!("/variability/{name}"), expected, found))
     }
 
     /// Whether anything differs between two shots.
@@ -214,10 +208,10 @@ impl Variability {
         self.shot.is_some() && self.yarn_strength.is_some()
     }
 
-    /// The key of the draws of a whole shot; `number` distinguishes several of one kind.
-    fn key(&self, stream: u32, number: u32) -> DrawKey {
+    /// Numbers that are uniform between 0 and 1, for a purpose; `number` distinguishes several of one kind.
+    fn uniform(&self, stream: u32, number: u32) -> [f64; 4] {
         let shot = self.shot.unwrap_or(0);
-        DrawKey { seed: u64::from(self.seed), shot, ply: DrawKey::WHOLE, yarn: stream, element: number }
+        DrawKey { seed: u64::from(self.seed), shot, ply: DrawKey::WHOLE, yarn: stream, element: number }.uniform()
     }
 }
 
@@ -225,19 +219,26 @@ impl Variability {
 struct Realisation<'a> {
     document: Value,
     case: &'a Case,
+    variability: &'a Variability,
     drawn: Vec<Drawn>,
 }
 
 /// The document of the shot that a nominal case names, and what was drawn; `None` where it names none.
 pub(super) fn realised(case: &Case, document: &Value) -> Option<(Value, Vec<Drawn>)> {
-    let variability = case.variability.as_ref()?;
-    variability.shot?;
-    let mut shot = Realisation { document: document.clone(), case, drawn: Vec::new() };
+    let variability = case.variability.as_ref().filter(|variability| variability.shot.is_some())?;
+    let mut shot = Realisation { document: document.clone(), case, variability, drawn: Vec::new() };
     if let Some(projectile) = &case.projectile {
-        shot.hit(variability, projectile);
-        shot.flight(variability, projectile);
+        shot.flight(projectile);
     }
-    shot.fabrics(variability);
+    // A layer without a fabric of its own has the case's.
+    let layers = case.pack.layup.iter().enumerate();
+    let layers = layers.map(|(n, layer)| (format!("/pack/layup/{n}/fabric"), format!("layup_{n}_"), &layer.fabric));
+    let all = std::iter::once(("/fabric".to_owned(), String::new(), &case.fabric)).chain(layers);
+    for (number, (place, prefix, fabric)) in (0_u32..).zip(all) {
+        if document.pointer(&place).is_some() {
+            shot.fabric(number, &place, &prefix, fabric);
+        }
+    }
     Some((shot.document, shot.drawn))
 }
 
@@ -246,8 +247,9 @@ impl Realisation<'_> {
     fn put(&mut self, pointer: &str, value: Value, above: &str, words: &str) {
         let above = format!("/variability/{above}");
         let assumed = self.case.fields.iter().any(|field| field.assumed && field.pointer.starts_with(&above));
-        let Some((object, name)) = pointer.rsplit_once('/') else { return };
-        if let Some(object) = self.document.pointer_mut(object) {
+        let object =
+            pointer.rsplit_once('/').and_then(|(object, name)| Some((self.document.pointer_mut(object)?, name)));
+        if let Some((object, name)) = object {
             object[name] = value;
         }
         let word = if assumed { "assumed: " } else { "" };
@@ -258,90 +260,73 @@ impl Realisation<'_> {
         self.drawn.push(Drawn { column: column.into(), value });
     }
 
-    /// Uniform over the unit cell around the point of aim.
-    fn hit(&mut self, variability: &Variability, projectile: &Projectile) {
-        if variability.hit == HitPlace::Aimed {
-            return;
+    /// Hit, velocity, obliquity with its direction, yaw. At normal incidence every direction of the deviation is alike.
+    fn flight(&mut self, projectile: &Projectile) {
+        let Variability { hit, velocity, obliquity, yaw, .. } = self.variability;
+        if *hit == HitPlace::UnitCell {
+            let [u, v, ..] = self.variability.uniform(HIT, 0);
+            let cell = [&self.case.fabric.warp, &self.case.fabric.weft].map(|yarn| 2.0 * yarn.half_span());
+            let [x, y] = [projectile.offset[0] + (u - 0.5) * cell[0], projectile.offset[1] + (v - 0.5) * cell[1]];
+            let [x, y] = [x * 1e3, y * 1e3];
+            self.put("/projectile/offset_mm", json!([x, y]), "hit", "uniform over the unit cell");
+            self.note("offset_x_mm", x);
+            self.note("offset_y_mm", y);
         }
-        let [u, v, ..] = variability.key(stream::HIT, 0).uniform();
-        let fabric = &self.case.fabric;
-        let cell = [2.0 * fabric.warp.half_span(), 2.0 * fabric.weft.half_span()];
-        let [x, y] = [projectile.offset[0] + (u - 0.5) * cell[0], projectile.offset[1] + (v - 0.5) * cell[1]];
-        let [x, y] = [x * 1e3, y * 1e3];
-        self.put("/projectile/offset_mm", json!([x, y]), "hit", "uniform over the unit cell");
-        self.note("offset_x_mm", x);
-        self.note("offset_y_mm", y);
-    }
-
-    /// Velocity, obliquity with its direction, yaw. At normal incidence every direction of the deviation is alike.
-    fn flight(&mut self, variability: &Variability, projectile: &Projectile) {
-        if let Some(scattered) = &variability.velocity {
-            let [u, ..] = variability.key(stream::VELOCITY, 0).uniform();
+        if let Some(scattered) = velocity {
+            let [u, ..] = self.variability.uniform(VELOCITY, 0);
             let velocity = projectile.velocity + scattered.deviation(u);
             // Its column is that of the impact velocity.
             self.put("/projectile/velocity_m_s", json!(velocity), "velocity", &scattered.words(" m/s", 1.0));
         }
-        let [u, direction, ..] = variability.key(stream::OBLIQUITY, 0).uniform();
+        let [u, direction, ..] = self.variability.uniform(OBLIQUITY, 0);
         let mut azimuth = projectile.azimuth.to_degrees();
-        let deviates = variability.obliquity.is_some() || variability.yaw.is_some();
-        let azimuth_at = "/projectile/azimuth_deg";
-        let any_direction = deviates && projectile.obliquity == 0.0;
+        let any_direction = (obliquity.is_some() || yaw.is_some()) && projectile.obliquity == 0.0;
         if any_direction {
             azimuth = 360.0 * direction;
-            let above = if variability.obliquity.is_some() { "obliquity" } else { "yaw" };
-            self.put(azimuth_at, json!(azimuth), above, "uniform over all directions");
+            let above = if obliquity.is_some() { "obliquity" } else { "yaw" };
+            self.put("/projectile/azimuth_deg", json!(azimuth), above, "uniform over all directions");
         }
-        if let Some(scattered) = &variability.obliquity {
-            let mut obliquity = (projectile.obliquity + scattered.deviation(u)).to_degrees();
-            if obliquity < 0.0 {
-                // The other way: the same line of flight.
-                obliquity = -obliquity;
-                azimuth = if azimuth > 0.0 { azimuth - 180.0 } else { azimuth + 180.0 };
-                let words = "turned by 180°: the obliquity drawn was negative";
-                self.put(azimuth_at, json!(azimuth), "obliquity", words);
-            }
-            self.note("azimuth_deg", azimuth);
-            self.put("/projectile/obliquity_deg", json!(obliquity), "obliquity", &scattered.words("°", DEGREES));
-            self.note("obliquity_deg", obliquity);
-        } else if any_direction {
+        let drawn =
+            obliquity.map(|scattered| (scattered, (projectile.obliquity + scattered.deviation(u)).to_degrees()));
+        if drawn.is_some_and(|(_, obliquity)| obliquity < 0.0) {
+            // The other way: the same line of flight.
+            azimuth = if azimuth > 0.0 { azimuth - 180.0 } else { azimuth + 180.0 };
+            let words = "turned by 180°: the obliquity drawn was negative";
+            self.put("/projectile/azimuth_deg", json!(azimuth), "obliquity", words);
+        }
+        if any_direction || drawn.is_some() {
             self.note("azimuth_deg", azimuth);
         }
-        if let Some(scattered) = &variability.yaw {
-            let [u, ..] = variability.key(stream::YAW, 0).uniform();
-            let yaw = (projectile.yaw + scattered.deviation(u)).to_degrees();
-            self.put("/projectile/yaw_deg", json!(yaw), "yaw", &scattered.words("°", DEGREES));
-            self.note("yaw_deg", yaw);
+        if let Some((scattered, obliquity)) = drawn {
+            self.angle("obliquity", obliquity.abs(), &scattered);
+        }
+        if let Some(scattered) = yaw {
+            let [u, ..] = self.variability.uniform(YAW, 0);
+            self.angle("yaw", (projectile.yaw + scattered.deviation(u)).to_degrees(), scattered);
         }
     }
 
-    /// Modulus and crimp of both yarns of every fabric: one draw for a shot. A layer without a fabric of its own has the case's.
-    fn fabrics(&mut self, variability: &Variability) {
-        let case = self.case;
-        let layers = case.pack.layup.iter().enumerate();
-        let layers = layers.map(|(n, layer)| (format!("/pack/layup/{n}/fabric"), format!("layup_{n}_"), &layer.fabric));
-        let all = std::iter::once(("/fabric".to_owned(), String::new(), &case.fabric)).chain(layers);
-        for (number, (place, prefix, fabric)) in (0_u32..).zip(all) {
-            if self.document.pointer(&place).is_some() {
-                self.fabric(variability, number, &place, &prefix, fabric);
-            }
-        }
+    /// Puts an angle [deg] in its place.
+    fn angle(&mut self, name: &str, angle: f64, scattered: &Scattered) {
+        self.put(&format!("/projectile/{name}_deg"), json!(angle), name, &scattered.words("°", DEGREES));
+        self.note(format!("{name}_deg"), angle);
     }
 
-    fn fabric(&mut self, variability: &Variability, number: u32, place: &str, prefix: &str, fabric: &Fabric) {
-        let yarns = [("warp", &fabric.warp), ("weft", &fabric.weft)];
-        let kinds = [
-            (&variability.modulus, stream::MODULUS, "modulus", "modulus_gpa", 1e-9),
-            (&variability.crimp, stream::CRIMP, "crimp", "crimp", 1.0),
-        ];
-        for (scattered, stream, section, name, unit) in kinds {
+    /// Modulus and crimp of both yarns of a fabric: one draw each for a shot.
+    fn fabric(&mut self, number: u32, place: &str, prefix: &str, fabric: &Fabric) {
+        let Variability { modulus, crimp, .. } = self.variability;
+        for (scattered, stream, name) in [(modulus, MODULUS, "modulus_gpa"), (crimp, CRIMP, "crimp")] {
             let Some(scattered) = scattered else { continue };
-            let uniform = variability.key(stream, number).uniform();
-            for ((yarn, constants), u) in yarns.into_iter().zip(uniform).filter(|((_, yarn), _)| yarn.present) {
-                let nominal = if section == "crimp" { constants.crimp } else { constants.modulus * unit };
-                let value = nominal * (1.0 + scattered.deviation(u));
-                let words = scattered.words(" of the nominal value", 1.0);
-                self.put(&format!("{place}/{yarn}/{name}"), json!(value), section, &words);
-                self.note(format!("{prefix}{yarn}_{name}"), value);
+            let words = scattered.words(" of the nominal value", 1.0);
+            let yarns = [("warp", &fabric.warp), ("weft", &fabric.weft)].into_iter();
+            for ((yarn, constants), u) in yarns.zip(self.variability.uniform(stream, number)) {
+                if constants.present {
+                    let nominal = if name == "crimp" { constants.crimp } else { constants.modulus * 1e-9 };
+                    let value = nominal * (1.0 + scattered.deviation(u));
+                    let above = name.trim_end_matches("_gpa");
+                    self.put(&format!("{place}/{yarn}/{name}"), json!(value), above, &words);
+                    self.note(format!("{prefix}{yarn}_{name}"), value);
+                }
             }
         }
     }

@@ -250,8 +250,8 @@ fn conclude(
     terminal::show(print, &summary, || result::text(case, &run, &summary, files))?;
     info!(folder = %folder.path().display(), files = ?written.as_deref().unwrap_or_default(), "files written");
     written?;
-    let goes_on =
-        (run.interrupted || run.lost.is_some()) && checkpoint_writer.as_ref().is_some_and(CheckpointWriter::has_kept);
+    let goes_on = (run.interrupted || run.lost.is_some())
+        && checkpoint_writer.as_ref().is_some_and(|writer| writer.kept.is_some());
     if !goes_on {
         folder.forget()?;
     }

@@ -62,8 +62,6 @@ pub struct AnimatedPly {
     pub ply: usize,
     /// Grid lines kept along the warp and along the weft, counted in the whole ply.
     pub lines: [Vec<usize>; 2],
-    /// Grid lines along the weft and along the warp nearest to the point of impact, among those kept.
-    pub hit: [usize; 2],
     /// Reference positions of the nodes kept, in the axes of the pack, row by row [m].
     pub reference: Vec<[f32; 3]>,
     /// The lines, counted in the part that is computed.
@@ -77,9 +75,8 @@ impl AnimatedPly {
         let (counts, first) = ([mesh.columns, mesh.rows], mesh.first_in_whole());
         let nearest = [0, 1].map(|a| mesh.nearest_line(a, place[a]));
         let own = [0, 1].map(|a| kept_lines(counts[a], nearest[a], (most as f64).sqrt() as usize));
-        let hit = [0, 1].map(|a| own[a].partition_point(|line| *line < nearest[a]));
         let lines = [0, 1].map(|a| own[a].iter().map(|line| line + first[a]).collect());
-        let mut new = Self { ply, hit, reference: Vec::new(), lines, own };
+        let mut new = Self { ply, reference: Vec::new(), lines, own };
         new.reference = new.of_nodes(|row, column| model.reference(ply, row, column));
         new
     }

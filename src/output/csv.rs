@@ -25,58 +25,42 @@ pub(crate) fn number(value: f64) -> String {
     if value.fract() == 0.0 && value.abs() < 1e15 { format!("{value:.0}") } else { format!("{value:?}") }
 }
 
-/// A column of `history.csv`.
-#[derive(Clone, Copy, Debug)]
-#[non_exhaustive]
-pub struct HistoryColumn {
-    /// Heading, unit last.
-    pub name: &'static str,
-    /// The number, in the heading's unit.
-    pub read: fn(&Sample) -> f64,
-}
-
-const fn column(name: &'static str, read: fn(&Sample) -> f64) -> HistoryColumn {
-    HistoryColumn { name, read }
-}
+/// A column of `history.csv`: heading, unit last, and the number in that unit.
+pub type HistoryColumn = (&'static str, fn(&Sample) -> f64);
 
 /// Columns of `history.csv`, in order.
 pub const COLUMNS: [HistoryColumn; 26] = [
-    column("time_us", |s| s.time * 1e6),
-    column("projectile_velocity_m_s", |s| s.projectile_velocity),
-    column("projectile_displacement_mm", |s| s.projectile_displacement * 1e3),
-    column("contact_force_n", |s| s.contact_force),
-    column("kinetic_energy_j", |s| s.balance.kinetic),
-    column("internal_energy_j", |s| s.balance.internal),
-    column("hourglass_energy_j", |s| s.balance.hourglass),
-    column("contact_dissipation_j", |s| s.balance.contact),
-    column("friction_j", |s| s.balance.friction),
-    column("failure_energy_j", |s| s.balance.failure),
-    column("projectile_energy_j", |s| s.balance.projectile),
-    column("energy_error", |s| s.balance.error),
-    column("failed_warp", |s| s.failed[0] as f64),
-    column("failed_weft", |s| s.failed[1] as f64),
-    column("stored_energy_j", |s| s.balance.stored),
-    column("external_work_j", |s| s.balance.external),
-    column("eroded_elements", |s| s.eroded as f64),
-    column("max_deflection_mm", |s| s.deflection * 1e3),
-    column("max_yarn_tension_n", |s| s.balance.max_tension),
-    column("momentum_error", |s| s.balance.momentum_error),
-    column("perforated_plies", |s| f64::from(s.perforated_plies)),
-    column("viscous_dissipation_j", |s| s.balance.viscous),
-    column("energy_gained", |s| s.balance.gained),
-    column("law_energy_j", |s| s.balance.law),
-    column("last_ply_deflection_mm", |s| s.last_deflection * 1e3),
-    column("ply_separation_j", |s| s.balance.separation),
+    ("time_us", |s| s.time * 1e6),
+    ("projectile_velocity_m_s", |s| s.projectile_velocity),
+    ("projectile_displacement_mm", |s| s.projectile_displacement * 1e3),
+    ("contact_force_n", |s| s.contact_force),
+    ("kinetic_energy_j", |s| s.balance.kinetic),
+    ("internal_energy_j", |s| s.balance.internal),
+    ("hourglass_energy_j", |s| s.balance.hourglass),
+    ("contact_dissipation_j", |s| s.balance.contact),
+    ("friction_j", |s| s.balance.friction),
+    ("failure_energy_j", |s| s.balance.failure),
+    ("projectile_energy_j", |s| s.balance.projectile),
+    ("energy_error", |s| s.balance.error),
+    ("failed_warp", |s| s.failed[0] as f64),
+    ("failed_weft", |s| s.failed[1] as f64),
+    ("stored_energy_j", |s| s.balance.stored),
+    ("external_work_j", |s| s.balance.external),
+    ("eroded_elements", |s| s.eroded as f64),
+    ("max_deflection_mm", |s| s.deflection * 1e3),
+    ("max_yarn_tension_n", |s| s.balance.max_tension),
+    ("momentum_error", |s| s.balance.momentum_error),
+    ("perforated_plies", |s| f64::from(s.perforated_plies)),
+    ("viscous_dissipation_j", |s| s.balance.viscous),
+    ("energy_gained", |s| s.balance.gained),
+    ("law_energy_j", |s| s.balance.law),
+    ("last_ply_deflection_mm", |s| s.last_deflection * 1e3),
+    ("ply_separation_j", |s| s.balance.separation),
 ];
 
 /// The column of a name.
 pub fn find(name: &str) -> Option<&'static HistoryColumn> {
-    COLUMNS.iter().find(|column| column.name == name)
-}
-
-/// A column at a time [s], linear between rows; `None` outside the history.
-pub fn at(history: &[Sample], column: &HistoryColumn, time: f64) -> Option<f64> {
-    between(history, time, |row| row.time, column.read)
+    COLUMNS.iter().find(|(heading, _)| *heading == name)
 }
 
 /// A value at a time, linear between rows of ascending time; `None` outside them.
@@ -100,8 +84,8 @@ pub(crate) fn between<T>(
 
 /// `history.csv`: a row per sample.
 pub(super) fn history(history: &[Sample]) -> String {
-    let row = |sample: &Sample| COLUMNS.iter().map(|column| number((column.read)(sample))).collect();
-    table(COLUMNS.iter().map(|column| column.name), history.iter().map(row))
+    let row = |sample: &Sample| COLUMNS.iter().map(|(_, read)| number(read(sample))).collect();
+    table(COLUMNS.iter().map(|(heading, _)| *heading), history.iter().map(row))
 }
 
 /// `events.csv`: every yarn failure. `ply`, `i` (column, along warp) and `j` (row, along weft) count from 0; `x_mm` and `y_mm` are the
@@ -161,7 +145,7 @@ mod tests {
         let row = |time: f64, velocity: f64| Sample { time, projectile_velocity: velocity, ..Sample::default() };
         let history = [row(0.0, 100.0), row(1e-6, 90.0), row(3e-6, 80.0)];
         let velocity = find("projectile_velocity_m_s");
-        let read = |time: f64| velocity.and_then(|column| at(&history, column, time));
+        let read = |time: f64| velocity.and_then(|(_, read)| between(&history, time, |row| row.time, read));
         assert_eq!(read(0.0), Some(100.0));
         assert_eq!(read(3e-6), Some(80.0));
         assert!(read(2e-6).is_some_and(|v| (v - 85.0).abs() < 1e-9));

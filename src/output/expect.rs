@@ -101,11 +101,11 @@ fn find(expect: &Expect, run: &Run, summary: &Value) -> Result<FoundValue, Strin
 
 /// A history column at a time [s].
 fn at(name: &str, time: f64, run: &Run) -> Result<FoundValue, String> {
-    let column = csv::find(name).ok_or_else(|| format!("history.csv has no column {name}"))?;
+    let (_, read_column) = csv::find(name).ok_or_else(|| format!("history.csv has no column {name}"))?;
     let end = run.history.last().map_or(0.0, |row| row.time);
     // The last row may stand a rounding before the end asked for.
     let read = if time > end && time <= end + 1e-3 * run.time_step { end } else { time };
-    let value = csv::at(&run.history, column, read)
+    let value = csv::between(&run.history, read, |row| row.time, read_column)
         .ok_or_else(|| format!("the run ended at {:.3} µs; \"run_until\": \"end_time\" makes it go on", end * 1e6))?;
     Ok((json!(value), None))
 }
@@ -119,9 +119,9 @@ fn at_end(name: &str, run: &Run, summary: &Value) -> Result<FoundValue, String> 
         Some(_) => return Err(format!("{name} is neither a number nor a word")),
         None => {}
     }
-    let column = csv::find(name)
+    let (_, read) = csv::find(name)
         .ok_or_else(|| format!("{name} is no key of summary.json, column of history.csv or measured quantity"))?;
-    let last = run.history.last().map(|row| (json!((column.read)(row)), None));
+    let last = run.history.last().map(|row| (json!(read(row)), None));
     last.ok_or_else(|| "the history is empty".to_owned())
 }
 

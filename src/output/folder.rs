@@ -1,8 +1,9 @@
-//! The output folder: one run holds it, and a file in it is complete or not there.
+//! The output folder: one run holds it, and a file in it is complete or not there. Of checkpoints the last stays.
 
 use std::fs::{self, File, TryLockError};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use same_file::Handle;
 use serde_json::Value;
@@ -11,17 +12,14 @@ use tempfile::NamedTempFile;
 use super::{csv, figures};
 use crate::case::Case;
 use crate::run::Run;
+use crate::run::checkpoint::{Checkpointable, Header, Spent};
 
-/// The file that is only there when profiles were asked for.
-const PROFILES: &str = "profiles.csv";
-/// The file that is only there for packs of several plies.
-const PLIES: &str = "plies.csv";
-/// The file that is only there where it is asked for.
-const REPORT: &str = "report.html";
-/// The case as run.
 const CASE: &str = "case.json";
-/// The results in one object.
 const SUMMARY: &str = "summary.json";
+/// Files that are only there when profiles were asked for, for packs of several plies, and where a report is asked for.
+const PROFILES: &str = "profiles.csv";
+const PLIES: &str = "plies.csv";
+const REPORT: &str = "report.html";
 /// The last checkpoint of a run that has not ended.
 pub const CHECKPOINT: &str = "checkpoint.bin";
 /// List of the frames for ParaView, and the folder of its files.
@@ -32,6 +30,8 @@ pub(super) const SPOOL: &str = "checkpoint.frames";
 /// All files this module may write.
 const FILES: [&str; 10] =
     [CASE, "history.csv", "events.csv", PLIES, PROFILES, PVD, "shot.svg", REPORT, SUMMARY, CHECKPOINT];
+/// Rounding allowed in comparing times, in steps.
+const SLACK: f64 = 1e-6;
 /// Begin and end of the names of unfinished files.
 const UNFINISHED: [&str; 2] = [".ripstop-", ".tmp"];
 
@@ -214,14 +214,6 @@ impl Folder {
         Ok(names)
     }
 
-    /// Makes the folder that of a run which will leave checkpoints: the case is there, nothing of an earlier run is.
-    ///
-    /// # Errors
-    /// When the disk refuses.
-    pub(crate) fn begin(&self, case: &Case) -> Result<(), OutputError> {
-        self.put(&[(CASE, pretty(&case.as_run))], &FILES).map(drop)
-    }
-
     /// Puts frames in place of those of an earlier run; whether there are any.
     fn place_frames(&self, staged: &StagedFrames) -> io::Result<bool> {
         let folder = self.path.join(FRAMES);
@@ -246,15 +238,6 @@ impl Folder {
         }
         write_whole(&self.path.join(PVD), |file| file.write_all(staged.list.as_bytes()))?;
         Ok(true)
-    }
-
-    /// Writes a file piece by piece; it takes the place of an older one once it is complete.
-    ///
-    /// # Errors
-    /// When the disk refuses, or `write` does; the older one is then still there.
-    pub(crate) fn replace(&self, name: &str, write: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<()> {
-        self.check_identity().map_err(|error| io::Error::other(error.found))?;
-        write_whole(&self.path.join(name), write).and_then(|()| self.flush())
     }
 
     /// Removes the checkpoint of a run that has ended, or of one whose results are no longer here, with its frames.
@@ -313,6 +296,84 @@ impl Folder {
     }
 }
 
+/// Writer of checkpoints, of which the last stays.
+pub struct CheckpointWriter<'a> {
+    folder: &'a Folder,
+    case: &'a Case,
+    head: Header,
+    /// Begin of this command.
+    start: Instant,
+    /// Whether the folder is this run's.
+    begun: bool,
+    /// Time of the last checkpoint tried [s].
+    tried: f64,
+    /// Time of the checkpoint of this run in the folder [s].
+    pub kept: Option<f64>,
+    /// The last checkpoint that could not be written, and why.
+    pub failed: Option<String>,
+}
+
+impl<'a> CheckpointWriter<'a> {
+    /// Writer of a run that begins, or that goes on if `head` has come from a checkpoint in the folder.
+    pub fn new(folder: &'a Folder, case: &'a Case, head: Header, start: Instant) -> Self {
+        let resumed = head.step > 0;
+        let kept = resumed.then_some(head.time);
+        Self { folder, case, start, begun: resumed, tried: head.time, kept, failed: None, head }
+    }
+
+    /// Whether there should be a checkpoint before the step from `time` [s], `dt` [s] long.
+    pub fn is_due(&self, time: f64, dt: f64) -> bool {
+        let intervals = (self.tried / self.head.every + 1e-9).floor() + 1.0;
+        time >= intervals * self.head.every - SLACK * dt
+    }
+
+    /// Writes a checkpoint in place of the one before. `followed`: state of the observer; `loop_seconds`: time
+    /// in the loop so far, all parts of the run [s].
+    ///
+    /// # Errors
+    /// When it could not be written, in words; the one before is still there.
+    pub fn write(&mut self, run: &dyn Checkpointable, followed: &[u8], loop_seconds: f64) -> Result<(), String> {
+        let head = Header { spent: self.spent(loop_seconds), ..self.head.clone() };
+        let (time, folder) = (run.clock()[0], self.folder);
+        self.tried = time;
+        let write = || {
+            folder.check_identity().map_err(|error| error.found)?;
+            let written = write_whole(&folder.path.join(CHECKPOINT), |file| run.save(&head, followed, file));
+            written.and_then(|()| folder.flush()).map_err(|error| error.to_string())
+        };
+        if let Err(reason) = self.begin().and_then(|()| write()) {
+            let last = self.kept.map_or_else(
+                || "there is none so far".to_owned(),
+                |kept| format!("the one of {:.3} µs is still there", kept * 1e6),
+            );
+            let error = format!("no checkpoint at {:.3} µs: {reason}; {last}", time * 1e6);
+            self.failed = Some(error.clone());
+            return Err(error);
+        }
+        self.kept = Some(time);
+        Ok(())
+    }
+
+    /// Makes the folder that of this run: its case is there, nothing of an earlier run is.
+    ///
+    /// # Errors
+    /// When the disk refuses.
+    pub fn begin(&mut self) -> Result<(), String> {
+        if !self.begun {
+            let case = [(CASE, pretty(&self.case.as_run))];
+            self.folder.put(&case, &FILES).map_err(|error| error.found)?;
+            self.begun = true;
+        }
+        Ok(())
+    }
+
+    /// Time that all parts of the run have taken, so much of it in the loop [s].
+    pub fn spent(&self, loop_seconds: f64) -> Spent {
+        let wall = self.head.spent.wall + self.start.elapsed().as_secs_f64();
+        Spent { wall, r#loop: loop_seconds }
+    }
+}
+
 fn pretty(value: &Value) -> String {
     format!("{value:#}\n")
 }
@@ -360,7 +421,7 @@ fn remove_unfinished(folder: &Path) -> io::Result<()> {
         let entry = entry?;
         let name = entry.file_name().to_string_lossy().into_owned();
         if name.starts_with(UNFINISHED[0]) && name.ends_with(UNFINISHED[1]) {
-            fs::remove_file(entry.path())?;
+            remove(&entry.path())?; // another run may try the folder meanwhile
         }
     }
     Ok(())
@@ -369,26 +430,4 @@ fn remove_unfinished(folder: &Path) -> io::Result<()> {
 /// Removes a file that may not be there.
 fn remove(path: &Path) -> io::Result<()> {
     fs::remove_file(path).or_else(|error| if error.kind() == io::ErrorKind::NotFound { Ok(()) } else { Err(error) })
-}
-
-#[cfg(test)]
-mod tests {
-    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-    use super::*;
-
-    #[test]
-    fn a_folder_is_held_by_one_until_it_lets_go_and_one_of_the_same_name_is_another() {
-        let outer = tempfile::tempdir().unwrap();
-        let path = outer.path().join("out");
-        let prepare = || Folder::prepare_for(&path, &[], &[]);
-        let first = prepare().unwrap();
-        assert!(prepare().is_err_and(|error| error.found.contains("another run")));
-        drop(first);
-        let folder = prepare().unwrap();
-        assert!(folder.check_identity().is_ok());
-        fs::remove_dir_all(&path).unwrap();
-        assert!(folder.check_identity().is_err_and(|error| error.found.contains("removed")));
-        fs::create_dir(&path).unwrap();
-        assert!(folder.check_identity().is_err_and(|error| error.found.contains("another one")));
-    }
 }

@@ -21,7 +21,7 @@ use crate::case::Case;
 use crate::physics::projectile_body::Body;
 use crate::physics::rigid_body::RigidBody;
 use crate::run::checkpoint::Header;
-use crate::run::frame::{Frame, FrameCollector, Pose, Scene};
+use crate::run::frame::{Frame, FrameCollector, Scene};
 use crate::run::{Observer, Snapshot, View};
 
 /// Recorder of the frames of a run that it follows, which it writes when the run is over.
@@ -29,9 +29,6 @@ pub struct Recorder<'a> {
     folder: &'a Folder,
     case: &'a Case,
     frames: FrameCollector,
-    writer: Option<VtuWriter>,
-    /// Steps done before frames on the disk that are no longer kept.
-    dropped: Vec<u64>,
     /// The run leaves checkpoints, the last of which may need what is dropped.
     checkpoints: bool,
     /// The folder of waiting files is this run's.
@@ -44,7 +41,7 @@ impl<'a> Recorder<'a> {
     /// Recorder of the frames that a case asks for. `checkpoints`: the run leaves some.
     pub fn new(folder: &'a Folder, case: &'a Case, checkpoints: bool) -> Self {
         let frames = FrameCollector::new(case, case.output.frames as usize);
-        Self { folder, case, frames, writer: None, dropped: Vec::new(), checkpoints, begun: false, error: None }
+        Self { folder, case, frames, checkpoints, begun: false, error: None }
     }
 
     /// Recorder of a run that goes on from the checkpoint with this header, with the frames beside it. Where some are missing, the
@@ -78,11 +75,9 @@ impl<'a> Recorder<'a> {
     fn put(&mut self) -> io::Result<()> {
         let mut new: Vec<(u64, Snapshot)> =
             self.frames.taken.iter_mut().filter_map(|(step, (_, snapshot))| Some((*step, snapshot.take()?))).collect();
-        let Some((_, first)) = new.first() else { return Ok(()) };
-        let writer = match self.writer.take() {
-            Some(writer) => writer,
-            None => VtuWriter::new(self.case, first.scene())?,
-        };
+        if new.is_empty() {
+            return Ok(());
+        }
         self.folder.check_identity().map_err(|error| io::Error::other(error.found))?;
         let spool = self.folder.path().join(SPOOL);
         if !std::mem::replace(&mut self.begun, true) && spool.is_dir() {
@@ -90,24 +85,27 @@ impl<'a> Recorder<'a> {
         }
         fs::create_dir_all(&spool)?;
         let write = |(step, snapshot): (u64, Snapshot)| {
-            let files = writer.files(snapshot.scene(), &snapshot.frame())?;
-            let mut files = parts(self.case).iter().zip(files);
-            files.try_for_each(|(part, text)| write_whole(&self.waiting(part, step), |file| file.write_all(&text)))
+            let (scene, frame) = (snapshot.scene(), snapshot.frame());
+            parts(self.case).iter().try_for_each(|part| {
+                let text = if *part == FABRIC { fabric(scene, &frame)? } else { projectile(self.case, scene, &frame)? };
+                write_whole(&self.waiting(part, step), |file| file.write_all(&text))
+            })
         };
         // A frame takes many times the memory of a snapshot.
         while !new.is_empty() {
             let some = new.drain(..new.len().min(self.case.frames_at_once()));
             some.collect::<Vec<_>>().into_par_iter().try_for_each(write)?;
         }
-        self.writer = Some(writer);
         Ok(())
     }
 
     /// Removes the files of dropped frames. Of a run with checkpoints the last one may need them until there is another.
-    pub fn discard(&mut self) {
-        for step in std::mem::take(&mut self.dropped) {
-            // What stays there goes with the folder.
-            parts(self.case).iter().for_each(|part| drop(fs::remove_file(self.waiting(part, step))));
+    pub fn discard(&self) {
+        let is_kept = |name: &str| self.frames.taken.keys().any(|step| name.ends_with(&format!("_{step:08}.vtu")));
+        for file in fs::read_dir(self.folder.path().join(SPOOL)).into_iter().flatten().flatten() {
+            if !is_kept(&file.file_name().to_string_lossy()) {
+                fs::remove_file(file.path()).ok(); // what stays there goes with the folder
+            }
         }
     }
 
@@ -147,11 +145,8 @@ impl Observer for Recorder<'_> {
     }
 
     fn on_snapshot(&mut self, view: &View<'_>) {
-        let waiting = |(step, (_, snapshot)): (&u64, &(f64, Option<Snapshot>))| snapshot.is_none().then_some(*step);
-        let before: Vec<u64> = self.frames.taken.iter().filter_map(waiting).collect();
         self.frames.on_snapshot(view);
-        self.dropped.extend(before.into_iter().filter(|step| !self.frames.taken.contains_key(step)));
-        if !self.checkpoints {
+        if self.begun && !self.checkpoints {
             self.discard();
         }
         let in_memory = self.frames.taken.values().filter_map(|(_, snapshot)| snapshot.as_ref());
@@ -176,26 +171,12 @@ const HIDDEN: u8 = 32;
 /// mm per m.
 const MM: f64 = 1e3;
 
+/// Part of the plies.
+const FABRIC: &str = "fabric";
+
 /// Names of the parts of a case.
 fn parts(case: &Case) -> &'static [&'static str] {
-    if case.projectile.is_some() { &["fabric", "projectile"] } else { &["fabric"] }
-}
-
-/// Writer of the files of one scene.
-struct VtuWriter {
-    /// Grids in the order of [`parts`].
-    grids: Vec<Grid>,
-    /// Surface and start of the projectile.
-    projectile: Option<(SurfaceMesh, RigidBody)>,
-}
-
-/// Points and cells of a part, which are the same in all frames.
-struct Grid {
-    points: usize,
-    cells: usize,
-    topology: Vec<Array>,
-    /// Arrays of cells.
-    fixed: Vec<Array>,
+    if case.projectile.is_some() { &[FABRIC, "projectile"] } else { &[FABRIC] }
 }
 
 /// Named numbers, compressed.
@@ -204,6 +185,8 @@ struct Array {
     kind: &'static str,
     /// Numbers per point or cell.
     components: usize,
+    /// Points or cells.
+    count: usize,
     block: Vec<u8>,
 }
 
@@ -214,7 +197,8 @@ impl Array {
         components: usize,
         numbers: &[T],
     ) -> io::Result<Self> {
-        Ok(Self { name, kind, components, block: compressed(bytemuck::cast_slice(numbers))? })
+        let block = compressed(bytemuck::cast_slice(numbers))?;
+        Ok(Self { name, kind, components, count: numbers.len() / components, block })
     }
 
     fn bytes(name: &'static str, numbers: &[u8]) -> io::Result<Self> {
@@ -244,124 +228,92 @@ fn compressed(bytes: &[u8]) -> io::Result<Vec<u8>> {
     Ok(out)
 }
 
-impl Grid {
-    fn new(points: usize, cells: impl Iterator<Item = impl AsRef<[usize]>>) -> io::Result<Self> {
-        let (mut corners, mut ends, mut kinds) = (Vec::new(), Vec::new(), Vec::new());
-        for cell in cells {
-            corners.extend(cell.as_ref().iter().map(|corner| *corner as i64));
-            ends.push(corners.len() as i64);
-            kinds.push(if cell.as_ref().len() == 3 { TRIANGLE } else { QUAD });
-        }
-        let topology = vec![
-            Array::new("connectivity", "Int64", 1, &corners)?,
-            Array::new("offsets", "Int64", 1, &ends)?,
-            Array::bytes("types", &kinds)?,
-        ];
-        Ok(Self { points, cells: kinds.len(), topology, fixed: Vec::new() })
+/// The file of a part at a time [s]: points, corners of the cells, arrays of points and of cells.
+fn file(
+    time: f64,
+    points: Array,
+    cells: impl Iterator<Item = impl AsRef<[usize]>>,
+    of_points: Vec<Array>,
+    of_cells: Vec<Array>,
+) -> io::Result<Vec<u8>> {
+    let (mut corners, mut ends, mut kinds) = (Vec::new(), Vec::new(), Vec::new());
+    for cell in cells {
+        corners.extend(cell.as_ref().iter().map(|corner| *corner as i64));
+        ends.push(corners.len() as i64);
+        kinds.push(if cell.as_ref().len() == 3 { TRIANGLE } else { QUAD });
     }
-
-    /// The file of a part at a time [µs].
-    fn file(&self, time_us: f64, points: &Array, of_points: &[Array], of_cells: &[Array]) -> io::Result<Vec<u8>> {
-        let sections: [(&str, Vec<&Array>); 4] = [
-            ("Points", vec![points]),
-            ("Cells", self.topology.iter().collect()),
-            ("PointData", of_points.iter().collect()),
-            ("CellData", self.fixed.iter().chain(of_cells).collect()),
-        ];
-        let (mut xml, mut blocks) = (String::new(), Vec::new());
-        for (section, arrays) in sections {
-            xml += &format!("<{section}>\n");
-            for Array { name, kind, components, block } in arrays {
-                xml += &format!(
-                    "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\" format=\"appended\" offset=\"{}\"/>\n",
-                    blocks.len()
-                );
-                blocks.extend_from_slice(block);
-            }
-            xml += &format!("</{section}>\n");
+    let topology = vec![
+        Array::new("connectivity", "Int64", 1, &corners)?,
+        Array::new("offsets", "Int64", 1, &ends)?,
+        Array::bytes("types", &kinds)?,
+    ];
+    let (point_count, cell_count, time_us) = (points.count, kinds.len(), time * 1e6);
+    let sections = [("Points", vec![points]), ("Cells", topology), ("PointData", of_points), ("CellData", of_cells)];
+    let (mut xml, mut blocks) = (String::new(), Vec::new());
+    for (section, arrays) in sections {
+        xml += &format!("<{section}>\n");
+        for Array { name, kind, components, block, .. } in arrays {
+            xml += &format!(
+                "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\" format=\"appended\" offset=\"{}\"/>\n",
+                blocks.len()
+            );
+            blocks.extend(block);
         }
-        let mut file = Vec::new();
-        write!(
-            file,
-            "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"{BYTE_ORDER}\" \
-             header_type=\"UInt64\" compressor=\"vtkZLibDataCompressor\">\n<UnstructuredGrid>\n<FieldData>\n\
-             <DataArray type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\" format=\"ascii\">{time_us}</DataArray>\n\
-             </FieldData>\n<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n{xml}</Piece>\n</UnstructuredGrid>\n\
-             <AppendedData encoding=\"raw\">\n_",
-            self.points, self.cells
-        )?;
-        file.extend(blocks);
-        file.extend_from_slice(b"\n</AppendedData>\n</VTKFile>\n");
-        Ok(file)
+        xml += &format!("</{section}>\n");
     }
+    let head = format!(
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"{BYTE_ORDER}\" \
+         header_type=\"UInt64\" compressor=\"vtkZLibDataCompressor\">\n<UnstructuredGrid>\n<FieldData>\n\
+         <DataArray type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\" format=\"ascii\">{time_us}</DataArray>\n\
+         </FieldData>\n<Piece NumberOfPoints=\"{point_count}\" NumberOfCells=\"{cell_count}\">\n{xml}</Piece>\n</UnstructuredGrid>\n\
+         <AppendedData encoding=\"raw\">\n_"
+    );
+    Ok([head.as_bytes(), &blocks, b"\n</AppendedData>\n</VTKFile>\n"].concat())
 }
 
-impl VtuWriter {
-    /// The writer of a case, whose scene this is.
-    fn new(case: &Case, scene: &Scene) -> io::Result<Self> {
-        let cells = scene.plies.iter().flat_map(|ply| {
-            (0..ply.rows).flat_map(move |row| (0..ply.columns).map(move |column| ply.corners(row, column)))
-        });
-        let mut fabric = Grid::new(scene.reference.len(), cells)?;
-        let plies = scene.plies.iter().enumerate().flat_map(|(n, ply)| std::iter::repeat_n(n as u8, ply.elements()));
-        fabric.fixed.push(Array::bytes("ply", &plies.collect::<Vec<_>>())?);
-        let mut grids = vec![fabric];
-        let projectile = case.projectile.as_ref().and_then(|projectile| {
-            let body = Body::new(projectile)?;
-            let surface = SurfaceMesh::new(&body, scene.reference.iter());
-            Some((surface, RigidBody::new(projectile, body, 0.0)))
-        });
-        if let Some((surface, _)) = &projectile {
-            grids.push(Grid::new(surface.points.len(), surface.faces.iter())?);
-        }
-        Ok(Self { grids, projectile })
-    }
+fn fabric(scene: &Scene, frame: &Frame) -> io::Result<Vec<u8>> {
+    let cells = scene.plies.iter().flat_map(|ply| {
+        (0..ply.rows).flat_map(move |row| (0..ply.columns).map(move |column| ply.corners(row, column)))
+    });
+    let plies = scene.plies.iter().enumerate().flat_map(|(n, ply)| std::iter::repeat_n(n as u8, ply.elements()));
+    let moved = scene.reference.iter().zip(&frame.displacement);
+    let moved = moved.map(|(x, u)| [0, 1, 2].map(|a| (f64::from(x[a]) + f64::from(u[a])) * MM));
+    let [warp, weft] = &frame.alive;
+    let hidden = warp.iter().zip(weft).map(|(warp, weft)| if warp | weft == 0 { HIDDEN } else { 0 });
+    let of_points = vec![
+        Array::vectors("displacement_mm", frame.displacement.iter().map(|u| u.map(|u| f64::from(u) * MM)))?,
+        Array::vectors("velocity_m_s", frame.velocity.iter().map(|v| v.map(f64::from)))?,
+    ];
+    let of_cells = vec![
+        Array::bytes("ply", &plies.collect::<Vec<_>>())?,
+        Array::floats("warp_tension_n", &frame.tension[0], 1.0)?,
+        Array::floats("weft_tension_n", &frame.tension[1], 1.0)?,
+        Array::floats("warp_strain", &frame.strain[0], 1.0)?,
+        Array::floats("weft_strain", &frame.strain[1], 1.0)?,
+        Array::floats("warp_crimp_height_mm", &frame.height[0], MM)?,
+        Array::floats("weft_crimp_height_mm", &frame.height[1], MM)?,
+        Array::floats("shear_angle_rad", &frame.shear_angle, 1.0)?,
+        Array::bytes("warp_alive", warp)?,
+        Array::bytes("weft_alive", weft)?,
+        Array::bytes("vtkGhostType", &hidden.collect::<Vec<_>>())?,
+    ];
+    file(frame.time, Array::vectors("Points", moved)?, cells, of_points, of_cells)
+}
 
-    /// The files of a frame, in the order of [`parts`].
-    fn files(&self, scene: &Scene, frame: &Frame) -> io::Result<Vec<Vec<u8>>> {
-        let mut files = vec![self.fabric(scene, frame)?];
-        if let (Some((surface, start)), Some(pose)) = (&self.projectile, &frame.projectile) {
-            files.push(self.projectile(surface, start, pose, frame.time * 1e6)?);
-        }
-        Ok(files)
-    }
-
-    fn fabric(&self, scene: &Scene, frame: &Frame) -> io::Result<Vec<u8>> {
-        let moved = scene.reference.iter().zip(&frame.displacement);
-        let moved = moved.map(|(x, u)| [0, 1, 2].map(|a| (f64::from(x[a]) + f64::from(u[a])) * MM));
-        let [warp, weft] = &frame.alive;
-        let hidden = warp.iter().zip(weft).map(|(warp, weft)| if warp | weft == 0 { HIDDEN } else { 0 });
-        let of_points = [
-            Array::vectors("displacement_mm", frame.displacement.iter().map(|u| u.map(|u| f64::from(u) * MM)))?,
-            Array::vectors("velocity_m_s", frame.velocity.iter().map(|v| v.map(f64::from)))?,
-        ];
-        let of_cells = [
-            Array::floats("warp_tension_n", &frame.tension[0], 1.0)?,
-            Array::floats("weft_tension_n", &frame.tension[1], 1.0)?,
-            Array::floats("warp_strain", &frame.strain[0], 1.0)?,
-            Array::floats("weft_strain", &frame.strain[1], 1.0)?,
-            Array::floats("warp_crimp_height_mm", &frame.height[0], MM)?,
-            Array::floats("weft_crimp_height_mm", &frame.height[1], MM)?,
-            Array::floats("shear_angle_rad", &frame.shear_angle, 1.0)?,
-            Array::bytes("warp_alive", warp)?,
-            Array::bytes("weft_alive", weft)?,
-            Array::bytes("vtkGhostType", &hidden.collect::<Vec<_>>())?,
-        ];
-        self.grids[0].file(frame.time * 1e6, &Array::vectors("Points", moved)?, &of_points, &of_cells)
-    }
-
-    fn projectile(&self, surface: &SurfaceMesh, start: &RigidBody, pose: &Pose, time_us: f64) -> io::Result<Vec<u8>> {
-        let [w, x, y, z] = pose.rotation;
-        let rotation = UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z));
-        let [centre, velocity, spin] = [pose.position, pose.velocity, pose.angular_velocity].map(Vector3::from);
-        let arms = || surface.points.iter().map(|point| Vector3::from(*point));
-        let at = |arm: Vector3<f64>| centre + rotation * arm;
-        let moved = |arm: Vector3<f64>| at(arm) - (start.position + start.orientation * arm);
-        let of_points = [
-            Array::vectors("displacement_mm", arms().map(|arm| (moved(arm) * MM).into()))?,
-            Array::vectors("velocity_m_s", arms().map(|arm| (velocity + spin.cross(&(rotation * arm))).into()))?,
-        ];
-        let points = Array::vectors("Points", arms().map(|arm| (at(arm) * MM).into()))?;
-        self.grids[1].file(time_us, &points, &of_points, &[])
-    }
+fn projectile(case: &Case, scene: &Scene, frame: &Frame) -> io::Result<Vec<u8>> {
+    let start = case.projectile.as_ref().and_then(|of| Some(RigidBody::new(of, Body::new(of)?, 0.0)));
+    let (Some(start), Some(pose)) = (start, &frame.projectile) else { return Err(io::ErrorKind::NotFound.into()) };
+    let surface = SurfaceMesh::new(&start.body, scene.reference.iter());
+    let [w, x, y, z] = pose.rotation;
+    let rotation = UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z));
+    let [centre, velocity, spin] = [pose.position, pose.velocity, pose.angular_velocity].map(Vector3::from);
+    let arms = || surface.points.iter().map(|point| Vector3::from(*point));
+    let at = |arm: Vector3<f64>| centre + rotation * arm;
+    let moved = |arm: Vector3<f64>| at(arm) - (start.position + start.orientation * arm);
+    let of_points = vec![
+        Array::vectors("displacement_mm", arms().map(|arm| (moved(arm) * MM).into()))?,
+        Array::vectors("velocity_m_s", arms().map(|arm| (velocity + spin.cross(&(rotation * arm))).into()))?,
+    ];
+    let points = Array::vectors("Points", arms().map(|arm| (at(arm) * MM).into()))?;
+    file(frame.time, points, surface.faces.iter(), of_points, Vec::new())
 }

@@ -182,7 +182,6 @@ pub(super) fn player(case: &Case, animation: &Animation) -> Markup {
                         } }
                     }
                     label { input type="checkbox" id="cut"; " cut open" }
-                    button type="button" id="save" { "Save picture" }
                 }
                 p class="scale" { span id="low" { "0 N" } i {} span id="high" data-tension=(peak) { (peak) } }
                 p class="note" {
@@ -194,9 +193,7 @@ pub(super) fn player(case: &Case, animation: &Animation) -> Markup {
                 }
             }
             figure class="printed" id="paper" hidden {}
-            p id="instead" {
-                "The playback needs a screen, JavaScript and WebGL 2."
-            }
+            p id="instead" { "The playback needs a screen, JavaScript and WebGL 2." }
             script type="application/json" id="animation" { (PreEscaped(description)) }
             script type="application/octet-stream" id="animation-numbers" { (PreEscaped(numbers)) }
         }
@@ -223,7 +220,7 @@ mod tests {
         let rough = |n: usize| ((n * n % 99_991 * 7919) % 100_003) as f32 * 1e-8;
         let lines: [Vec<usize>; 2] = [(0..nodes).collect(), vec![0]];
         let reference = (0..nodes).map(|n| [rough(n), rough(n + 1), 0.0]).collect();
-        animation.plies = vec![AnimatedPly { ply: 0, hit: [0; 2], reference, own: lines.clone(), lines }];
+        animation.plies = vec![AnimatedPly { ply: 0, reference, own: lines.clone(), lines }];
         for at in 0..keyframes {
             animation.keyframes.push(Keyframe {
                 step: at as u64,

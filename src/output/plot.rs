@@ -20,7 +20,7 @@ const LETTER: f64 = 6.4;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Axis {
     /// Values at the ends.
-    range: [f64; 2],
+    pub(crate) range: [f64; 2],
     /// Their places on the paper.
     pub(crate) paper: [f64; 2],
 }
@@ -31,11 +31,6 @@ impl Axis {
         let [low, high] = if range[0].is_finite() { range } else { [0.0, range[1]] };
         let high = if high.is_finite() && high > low { high } else { low + 1.0 };
         Self { range: [low, high], paper }
-    }
-
-    /// Values at the ends.
-    pub(crate) fn range(&self) -> [f64; 2] {
-        self.range
     }
 
     /// Place of a value.
@@ -126,8 +121,7 @@ impl Plot {
 
     /// Adds a line; a name puts it into the legend.
     pub(crate) fn line(&mut self, class: &str, name: &str, points: &[[f64; 2]]) {
-        let points = thinned(points, POINTS).into_iter();
-        self.shapes += &line(&self.x, &self.y, points, &format!("class=\"curve {class}\""));
+        self.shapes += &line(&self.x, &self.y, &thinned(points, POINTS), class);
         if !name.is_empty() {
             self.legend.push((format!("line {class}"), name.to_owned()));
         }
@@ -189,17 +183,10 @@ fn text(x: f64, y: f64, attributes: &str, words: &str) -> String {
 }
 
 /// A line through points, those left out that are no numbers.
-fn line(x: &Axis, y: &Axis, points: impl Iterator<Item = [f64; 2]>, attributes: &str) -> String {
-    format!("<polyline points=\"{}\" fill=\"none\" {attributes}/>\n", places(x, y, points))
-}
-
-/// Places on the paper, as SVG writes them.
-fn places(x: &Axis, y: &Axis, points: impl Iterator<Item = [f64; 2]>) -> String {
-    let mut path = String::new();
-    for [px, py] in points.map(|p| [x.at(p[0]), y.at(p[1])]).filter(|p| p[0].is_finite() && p[1].is_finite()) {
-        path += &format!("{px:.1},{py:.1} ");
-    }
-    path.trim_end().to_owned()
+fn line(x: &Axis, y: &Axis, points: &[[f64; 2]], class: &str) -> String {
+    let places = points.iter().map(|p| [x.at(p[0]), y.at(p[1])]).filter(|p| p[0].is_finite() && p[1].is_finite());
+    let places: Vec<String> = places.map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
+    format!("<polyline points=\"{}\" fill=\"none\" class=\"curve {class}\"/>\n", places.join(" "))
 }
 
 /// Points of a line as dense as paper can show: of every few the lowest and the highest.
@@ -285,7 +272,7 @@ mod tests {
     #[test]
     fn what_is_no_number_is_not_drawn_and_words_are_only_words() {
         let axis = Axis::linear([0.0, 1.0], [0.0, 10.0]);
-        let drawn = line(&axis, &axis, [[0.0, 0.0], [f64::NAN, 1.0], [1.0, 1.0]].into_iter(), "");
+        let drawn = line(&axis, &axis, &[[0.0, 0.0], [f64::NAN, 1.0], [1.0, 1.0]], "");
         assert!(drawn.contains("\"0.0,0.0 10.0,10.0\""), "{drawn}");
         assert_eq!(escape("</title>\"'&"), "&lt;/title&gt;&quot;&#39;&amp;");
     }

@@ -260,7 +260,7 @@ pub(crate) fn figure(figure: &Figure) -> Markup {
         return html! { p class="plot nothing" id=(id) { b { (title) ":" } " " (caption) } };
     };
     let data = |axis: &Axis| {
-        let [[from, to], [start, end]] = [axis.range(), axis.paper];
+        let [[from, to], [start, end]] = [axis.range, axis.paper];
         format!("{from} {to} {start} {end}")
     };
     let [width, height] = SIZE;

@@ -42,11 +42,7 @@ pub fn absorbed_energy(run: &Run) -> f64 {
 
 /// Velocity along the line of flight that is left [m/s]; `None` where nothing flies.
 pub fn residual_velocity(case: &Case, run: &Run) -> Option<f64> {
-    case.projectile.as_ref().and_then(|_| velocity_left(run))
-}
-
-/// Velocity left of a run with a projectile [m/s]; `None` without a history.
-pub(crate) fn velocity_left(run: &Run) -> Option<f64> {
+    case.projectile.as_ref()?;
     match run.outcome {
         Outcome::Stopped => Some(0.0),
         _ => run.history.last().map(|row| row.projectile_velocity),
@@ -142,7 +138,6 @@ fn cost(run: &Run, wall_seconds: f64) -> Value {
         "skipped": {
             "symmetry": element_steps - part,
             "mirror_planes": run.planes.names(),
-            // A checkpoint that was changed by hand may tell of more than there are.
             "wavefront": part.saturating_sub(run.element_steps_computed),
             "switched_off": run.skips.switched_off(),
         },

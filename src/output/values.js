@@ -1,4 +1,4 @@
-// Values under the pointer, or under a mark that the arrow keys move; pictures to keep.
+// Values under the pointer, or under a mark that the arrow keys move.
 (() => {
   const make = (name, more) => Object.assign(document.createElement(name), more);
   const numbers = (text) => text.split(" ").map(Number);
@@ -26,7 +26,7 @@
   }
 
   for (const svg of document.querySelectorAll("svg[data-x]")) {
-    const figure = svg.closest("figure"), lines = series(svg);
+    const lines = series(svg);
     const [from, to, left, right] = numbers(svg.dataset.x);
     const [xTitle, yTitle] = [...svg.querySelectorAll(".title")].map((text) => text.textContent);
     const unit = (title) => (title.match(/\[(.*)\]/) || ["", ""])[1].replace(/^-$/, "");
@@ -77,51 +77,5 @@
       event.preventDefault();
       read((place === null ? (by > 0 ? left : right) : place + (by * (right - left)) / 50));
     });
-    const save = make("button", { type: "button", className: "save", textContent: "Save picture" });
-    save.setAttribute("aria-label", `Save the picture of ${figure.querySelector("h3").textContent}`);
-    save.addEventListener("click", () => keep(new Blob([drawing(svg)], { type: "image/svg+xml" }), `${figure.id}.svg`));
-    figure.append(save);
   }
-
-  // A drawing that stands alone: its style within, its title above, its legend below.
-  function drawing(svg) {
-    const copy = svg.cloneNode(true), figure = svg.closest("figure");
-    const [width, height] = [svg.viewBox.baseVal.width, svg.viewBox.baseVal.height];
-    const originals = svg.querySelectorAll("*");
-    copy.querySelectorAll("*").forEach((shape, n) => {
-      const style = getComputedStyle(originals[n]);
-      for (const name of ["fill", "fill-opacity", "stroke", "stroke-width", "stroke-opacity", "stroke-dasharray", "display"])
-        shape.style.setProperty(name, style.getPropertyValue(name));
-    });
-    copy.querySelectorAll(".now, .reading").forEach((line) => line.remove());
-    const add = (name, attributes, text = "") => {
-      const shape = document.createElementNS(svg.namespaceURI, name);
-      for (const [key, value] of Object.entries(attributes)) shape.setAttribute(key, value);
-      shape.textContent = text;
-      return copy.appendChild(shape);
-    };
-    const { color, fontFamily } = getComputedStyle(svg), top = 26;
-    add("text", { x: 8, y: -9, fill: color, "font-size": 15, "font-weight": "bold" }, figure.querySelector("h3").textContent);
-    const items = [...figure.querySelectorAll(".legend li")];
-    items.forEach((item, n) => {
-      const [x, y] = [64 + 190 * (n % 2), height + 14 + 18 * Math.floor(n / 2)];
-      const paint = getComputedStyle(item.firstChild).getPropertyValue("--k");
-      add("rect", { x, y: y - 8, width: 14, height: 8, fill: paint });
-      add("text", { x: x + 20, y, fill: color }, item.textContent);
-    });
-    const whole = height + top + (items.length ? 10 + 18 * Math.ceil(items.length / 2) : 0);
-    const paper = add("rect", { x: 0, y: -top, width, height: whole, fill: getComputedStyle(figure).backgroundColor });
-    copy.prepend(paper);
-    for (const [key, value] of Object.entries({ viewBox: `0 ${-top} ${width} ${whole}`, width: 2 * width, height: 2 * whole, "font-size": 12, "font-family": fontFamily }))
-      copy.setAttribute(key, value);
-    return new XMLSerializer().serializeToString(copy);
-  }
-
-  function keep(blob, name) {
-    const address = URL.createObjectURL(blob);
-    make("a", { href: address, download: name }).click();
-    setTimeout(() => URL.revokeObjectURL(address), 10000);
-  }
-  const scene = document.getElementById("save");
-  if (scene) scene.addEventListener("click", () => document.getElementById("scene").toBlob((blob) => keep(blob, "playback.png")));
 })();

@@ -187,11 +187,6 @@ impl Deflections {
         Self { plies: vec![Largest::default(); plies], looks: 0 }
     }
 
-    /// Plies.
-    pub(crate) fn plies(&self) -> usize {
-        self.plies.len()
-    }
-
     /// Whether a look is due before the step from `time` [s]. Time alone decides, so that every backend looks at the same states.
     pub(crate) fn is_due(&self, case: &Case, time: f64, dt: f64) -> bool {
         case.projectile.is_some() && time >= self.looks as f64 * (case.solver.end_time / LOOKS) - 0.5 * dt

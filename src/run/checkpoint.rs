@@ -28,15 +28,10 @@ pub const FORMAT: u32 = 12;
 const SUM: usize = 8;
 /// Advice where there is no other.
 const AGAIN: &str = "run the case again";
-/// Steps of any run at most.
-const MAX_STEPS: u64 = 1_000_000_000;
-/// Worker threads of any run at most.
-const MAX_THREADS: usize = 1024;
-
 /// A run between two steps, which can be saved.
 pub trait Checkpointable {
-    /// Time of the positions [s].
-    fn time(&self) -> f64;
+    /// Time of the positions that the next step begins from, and time step [s].
+    fn clock(&self) -> [f64; 2];
     /// Writes a checkpoint. The header names the run; how far it has come is added. `observer`: state that the observer wants back.
     ///
     /// # Errors
@@ -111,15 +106,6 @@ impl Header {
             spent: Spent::default(),
         }
     }
-
-    /// Whether a run can have come so far: a run that goes on counts through all steps that were done.
-    fn is_possible(&self) -> bool {
-        let lengths = [self.every, self.time_step].iter().all(|length| length.is_finite() && *length > 0.0);
-        lengths
-            && self.step <= MAX_STEPS
-            && (self.time - self.step as f64 * self.time_step).abs() <= self.time_step
-            && self.threads.is_none_or(|threads| threads <= MAX_THREADS)
-    }
 }
 
 /// Refusal of a file, from which no run goes on.
@@ -172,8 +158,8 @@ pub struct Checkpoint {
     pub header: Header,
     /// State that the observer wants back.
     pub observer: Vec<u8>,
-    /// State of the run.
-    state: Vec<u8>,
+    /// Contents, compressed.
+    packed: Vec<u8>,
 }
 
 impl Checkpoint {
@@ -203,32 +189,31 @@ impl Checkpoint {
         let Some((packed, _)) = sound else {
             return refused("a checkpoint whose checksum holds", "one that is damaged or cut short", AGAIN);
         };
-        // LZ4 expands at most 255 times, so that no file asks for memory without bound.
-        let mut contents = Vec::new();
-        let unpacked = FrameDecoder::new(packed).read_to_end(&mut contents);
-        let read = unpacked.ok().and_then(|_| postcard::take_from_bytes::<(Header, Vec<u8>)>(&contents).ok());
-        let Some(((header, observer), state)) = read else { return Err(unfit(path, "numbers")) };
+        let contents = unpacked(packed).unwrap_or_default();
+        let Ok(((header, observer), _)) = postcard::take_from_bytes::<(Header, Vec<u8>)>(&contents) else {
+            return Err(unfit(path));
+        };
         let (own, other) = (env!("CARGO_PKG_VERSION"), &header.version);
         if other != own {
             let help = format!("resume with ripstop {other}, or run the case again");
             return refused(&format!("a checkpoint of ripstop {own}"), &format!("one of ripstop {other}"), &help);
         }
-        Ok(Self { path: path.to_owned(), state: state.to_vec(), header, observer })
+        Ok(Self { path: path.to_owned(), packed: packed.to_vec(), header, observer })
     }
 
-    /// State of the run; whatever is left over, or missing, does not fit. `restore` puts it into its place, or finds that it does not fit.
+    /// State of a run of this case on this backend.
     ///
     /// # Errors
-    /// When the contents do not fit.
-    pub(super) fn state<T: DeserializeOwned>(
-        &self,
-        restore: impl FnOnce(T) -> Result<(), &'static str>,
-    ) -> Result<(), CheckpointError> {
-        let restored = match postcard::take_from_bytes(&self.state) {
-            Ok((state, [])) => restore(state),
-            _ => Err("numbers"),
-        };
-        restored.map_err(|part| unfit(&self.path, part))
+    /// When the checkpoint is one of another run.
+    pub(super) fn state<T: DeserializeOwned>(&self, case: &Case, backend: &BackendId) -> Result<T, CheckpointError> {
+        self.check_case(case)?;
+        if self.header.backend != *backend {
+            let (expected, found) = ("the backend and precision that the run began with", format!("{backend:?}"));
+            return Err(CheckpointError::new(&self.path, expected, found, "let `ripstop resume` choose it"));
+        }
+        let contents = unpacked(&self.packed).unwrap_or_default();
+        let read = postcard::from_bytes::<(Header, Vec<u8>, T)>(&contents);
+        read.map(|(_, _, state)| state).map_err(|_| unfit(&self.path))
     }
 
     /// Checks that a run of this case can go on from here.
@@ -243,12 +228,18 @@ impl Checkpoint {
             let help = "undo the change of the case, or run it anew with `ripstop run`";
             return Err(CheckpointError::new(&self.path, expected, found, help));
         }
-        let possible = self.header.is_possible();
-        if possible { Ok(()) } else { Err(unfit(&self.path, "steps and times of the header")) }
+        Ok(())
     }
 }
 
-/// Refusal of contents of which this part does not fit the model of the case.
-fn unfit(path: &Path, part: &str) -> CheckpointError {
-    CheckpointError::new(path, "contents that fit the model of the case", format!("{part} that do not"), AGAIN)
+/// Contents of a file. LZ4 expands at most 255 times, so that no file asks for memory without bound.
+fn unpacked(packed: &[u8]) -> io::Result<Vec<u8>> {
+    let mut contents = Vec::new();
+    FrameDecoder::new(packed).read_to_end(&mut contents)?;
+    Ok(contents)
+}
+
+/// Refusal of contents that are none.
+fn unfit(path: &Path) -> CheckpointError {
+    CheckpointError::new(path, "contents of a run", "others", AGAIN)
 }

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use tracing::debug;
 
 use super::batch::DeviceShot;
-use super::checkpoint::{self, Checkpoint, Checkpointable, Header};
+use super::checkpoint::{self, BackendId, Checkpoint, Checkpointable, Header};
 use super::record::{RunRecord, sample_due, time_up};
 use super::{Backend, Observer, Options, Run, RunError, Skips, View};
 use crate::case::Case;
@@ -301,10 +301,6 @@ impl Backend for DeviceSimulation<'_> {
         self.finished()
     }
 
-    fn clock(&self) -> [f64; 2] {
-        [self.time_of(self.next), self.dt()]
-    }
-
     fn record(&mut self) -> &mut RunRecord {
         &mut self.shot().record
     }
@@ -371,14 +367,14 @@ struct DeviceState<'a> {
 }
 
 impl Checkpointable for DeviceSimulation<'_> {
-    fn time(&self) -> f64 {
-        Backend::clock(self)[0]
+    fn clock(&self) -> [f64; 2] {
+        [self.time_of(self.next), self.dt()]
     }
 
     /// After the last step sent off, whose results must have been taken over; see [`DeviceSimulation::settle`].
     fn save(&self, header: &Header, observer: &[u8], to: &mut dyn Write) -> io::Result<()> {
         let Self { stepper, next, sampled, shots, .. } = self;
-        let [time, time_step] = Backend::clock(self);
+        let [time, time_step] = self.clock();
         let header = Header { step: *next, time, time_step, ..header.clone() };
         let bytes = |id: &BufferId| stepper.read(*id).map(|words| bytemuck::cast_slice(&words).to_vec());
         let state = DeviceState {
@@ -399,32 +395,16 @@ impl<'a> DeviceSimulation<'a> {
     /// # Errors
     /// When the case cannot become a model, the device cannot hold it, or the checkpoint is not one of it.
     pub fn resume(case: &Case, device: &'a Device, checkpoint: &Checkpoint) -> Result<Self, RunError> {
-        let header = &checkpoint.header;
-        let mut simulation = Self::with_skips(case, device, header.skips)?;
-        checkpoint.state(|state| simulation.restore(state))?;
-        simulation.next = header.step;
-        simulation.shot().record.run.steps = header.step;
-        Ok(simulation)
-    }
-
-    /// Puts what varies into its place; names the part that does not fit the model.
-    fn restore(&mut self, from: DeviceState<'_>) -> Result<(), &'static str> {
-        let Self { stepper, sampled, shots, .. } = self;
-        if !from.record.fits(&shots[0].model) {
-            return Err("results so far");
-        }
-        if from.events_read > 2 * stepper.sizes().elements || from.buffers.len() != KEPT.len() {
-            return Err("counts of the device");
-        }
+        let from: DeviceState<'_> = checkpoint.state(case, &BackendId::Gpu(device.name().to_owned()))?;
+        let mut simulation = Self::with_skips(case, device, checkpoint.header.skips)?;
+        let Self { stepper, shots, .. } = &mut simulation;
         for (id, bytes) in KEPT.into_iter().zip(&from.buffers) {
-            if bytes.len() as u64 != stepper.sizes().bytes(id) {
-                return Err(id.variable());
-            }
             stepper.write(id, &bytemuck::pod_collect_to_vec::<u8, u32>(bytes));
         }
         shots[0].record = from.record.into_owned();
-        (*sampled, stepper.events_read[0]) = (from.sampled, from.events_read);
+        stepper.events_read[0] = from.events_read;
         (stepper.times, stepper.waited) = (from.times.into_owned(), from.waited);
-        Ok(())
+        (simulation.next, simulation.sampled) = (checkpoint.header.step, from.sampled);
+        Ok(simulation)
     }
 }

@@ -15,9 +15,8 @@ use serde::{Deserialize, Serialize};
 
 use super::snapshot::Snapshot;
 use crate::case::Case;
-use crate::model::{Model, ModelError};
+use crate::model::Model;
 use crate::num::scalar::Scalar;
-use crate::physics::projectile_body::Body;
 use crate::physics::rigid_body::RigidBody;
 use crate::run::{Observer, View};
 
@@ -52,26 +51,6 @@ pub struct Frame {
     pub projectile: Option<Pose>,
 }
 
-impl Frame {
-    /// Frame of zeros.
-    pub(crate) fn empty(scene: &Scene) -> Self {
-        let (nodes, elements) = (scene.reference.len(), scene.elements);
-        let zeros = || std::array::from_fn(|_| vec![0.0; elements]);
-        Self {
-            step: 0,
-            time: 0.0,
-            displacement: vec![[0.0; 3]; nodes],
-            velocity: vec![[0.0; 3]; nodes],
-            tension: zeros(),
-            strain: zeros(),
-            height: zeros(),
-            shear_angle: vec![0.0; elements],
-            alive: std::array::from_fn(|_| vec![0; elements]),
-            projectile: None,
-        }
-    }
-}
-
 /// A projectile at one time, in the axes of the pack.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
@@ -98,7 +77,7 @@ impl From<&RigidBody> for Pose {
     }
 }
 
-/// Constants of the frames of a run: the whole pack at rest, and the shape of the projectile.
+/// Constants of the frames of a run: the whole pack at rest.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Scene {
@@ -108,10 +87,6 @@ pub struct Scene {
     pub reference: Vec<[f32; 3]>,
     /// Elements over all plies.
     pub elements: usize,
-    /// Surface of the projectile in its own axes, where there is one.
-    pub projectile: Option<Body>,
-    /// Time step [s].
-    pub time_step: f64,
 }
 
 /// One ply among the nodes and elements of a scene; element (row, column) lies between the nodes (row, column) and
@@ -130,11 +105,6 @@ pub struct PlyMesh {
 }
 
 impl PlyMesh {
-    /// Nodes of the ply.
-    pub fn nodes(&self) -> usize {
-        (self.columns + 1) * (self.rows + 1)
-    }
-
     /// Elements of the ply.
     pub fn elements(&self) -> usize {
         self.columns * self.rows
@@ -149,23 +119,9 @@ impl PlyMesh {
 }
 
 impl Scene {
-    /// Scene of a case, whatever part of it is computed.
-    ///
-    /// # Errors
-    /// When the case cannot become a model.
-    pub fn of(case: &Case) -> Result<Self, ModelError> {
-        Model::<f32>::part(case).map(|model| Self::new(&model))
-    }
-
     /// The whole of the part that a model computes.
     pub(crate) fn new<S: Scalar>(model: &Model<S>) -> Self {
-        let mut scene = Self {
-            plies: Vec::with_capacity(model.plies.len()),
-            reference: Vec::new(),
-            elements: 0,
-            projectile: model.projectile.as_ref().map(|projectile| projectile.body),
-            time_step: model.dt,
-        };
+        let mut scene = Self { plies: Vec::new(), reference: Vec::new(), elements: 0 };
         for ply in &model.plies {
             let mesh = model.ply_types[ply.ply_type].mesh.whole();
             let (rows, columns) = (mesh.rows, mesh.columns);

@@ -279,17 +279,24 @@ impl View<'_> {
 
 /// Precision of runs on the processor.
 pub trait RunScalar: KernelScalar + Serialize + DeserializeOwned {
+    /// Precision.
+    const PRECISION: Precision;
+
     /// View of a state.
     fn view<'a>(model: &'a Arc<Model<Self>>, state: &'a State<Self>) -> View<'a>;
 }
 
 impl RunScalar for f64 {
+    const PRECISION: Precision = Precision::F64;
+
     fn view<'a>(model: &'a Arc<Model<Self>>, state: &'a State<Self>) -> View<'a> {
         View::Double(model, state)
     }
 }
 
 impl RunScalar for f32 {
+    const PRECISION: Precision = Precision::F32;
+
     fn view<'a>(model: &'a Arc<Model<Self>>, state: &'a State<Self>) -> View<'a> {
         View::Single(model, state)
     }
@@ -319,9 +326,6 @@ pub fn run(
         .num_threads(threads)
         .build()
         .map_err(|e| RunError::Threads { threads, reason: e.to_string() })?;
-    if let Some(checkpoint) = options.from {
-        checkpoint.check_case(case)?;
-    }
     let span = info_span!("run", case = case.name.as_str());
     let run = || {
         let (start, before) = (Instant::now(), options.from.map_or(0.0, |from| from.header.spent.r#loop));
@@ -347,11 +351,9 @@ pub fn run(
 }
 
 /// A run in progress, as the host loop drives it.
-trait Backend {
+trait Backend: Checkpointable {
     /// Whether the last step taken ends the run.
     fn is_finished(&self, case: &Case) -> bool;
-    /// Time of the positions that the next step begins from, and time step [s].
-    fn clock(&self) -> [f64; 2];
     /// Record of the run so far.
     fn record(&mut self) -> &mut RunRecord;
     /// Takes one step, or a batch of them. The observer sees the state before a step where that is due. True where there is progress to show.

@@ -60,12 +60,7 @@ pub enum Outcome {
 impl Outcome {
     /// Word in `summary.json`.
     pub fn word(self) -> &'static str {
-        match self {
-            Self::Perforated => "perforated",
-            Self::Stopped => "stopped",
-            Self::Rebounded => "rebounded",
-            Self::Running => "running",
-        }
+        ["perforated", "stopped", "rebounded", "running"][self as usize]
     }
 }
 
@@ -215,7 +210,13 @@ fn covered_by<S: Scalar>(
         across < body.body.radius && local.z + recess(&body.body.profile, local.into()) > shoulder
     };
     let mesh = &model.ply_type(ply).mesh;
-    let span = unbroken_cells(mesh, body);
+    let (first, span) = (model.grid.first_element_row(ply), unbroken_cells(mesh, body));
+    // Whether a yarn is unbroken in an element and for `span` finest cells on either side, or to the edge of the ply. Beyond a mirror
+    // plane lie images of cells that are no further from it on this side, so that to the plane is far enough.
+    let runs_on = |row: usize, column: usize, yarn: usize| match yarn {
+        0 => mesh.within(0, column, span).all(|column| state.alive(first + row, column, 0)),
+        _ => mesh.within(1, row, span).all(|row| state.alive(first + row, column, 1)),
+    };
     // The directions in which `place` measures how far across a point is, in the axes of the ply, and where the body is along them.
     let sides = [Vector3::x(), if body.body.profile.bar { Vector3::zeros() } else { Vector3::y() }].map(|side| {
         let side = body.orientation * side;
@@ -229,40 +230,15 @@ fn covered_by<S: Scalar>(
     (beside..mesh.rows).chain(0..beside).any(|row| {
         (0..mesh.columns).zip(row_positions(model, state, ply, row)).any(|(column, [x, y, z])| {
             let across = sides.map(|([a, b, c], at)| (a * x + b * y + c * z + at).powi(2));
-            if across[0] + across[1] >= far(row, column).powi(2)
-                || !state.is_intact(model.grid.first_element_row(ply) + row, column)
-            {
+            if across[0] + across[1] >= far(row, column).powi(2) || !state.is_intact(first + row, column) {
                 return false;
             }
-            let ahead = patch(model, state, ply, [row, column]).map(ahead);
-            ahead.contains(&true)
-                && (0..2).any(|yarn| runs_on(model, state, ply, [row, column], yarn, span))
-                && counts([row, column], ahead)
+            let [a, b, c, d] =
+                corners([row, column]).map(|(row, column)| node_position(model, state, [ply, row, column]));
+            let ahead = [a, b, c, d, (a + b + c + d) * 0.25].map(ahead);
+            ahead.contains(&true) && (0..2).any(|yarn| runs_on(row, column, yarn)) && counts([row, column], ahead)
         })
     })
-}
-
-/// Whether a yarn of an element is unbroken there and for `span` finest cells on either side, or to the edge of the ply. Beyond a mirror
-/// plane lie images of cells that are no further from it on this side, so that to the plane is far enough.
-fn runs_on<S: Scalar>(
-    model: &Model<S>,
-    state: &State<S>,
-    ply: usize,
-    [row, column]: [usize; 2],
-    yarn: usize,
-    span: usize,
-) -> bool {
-    let (mesh, first) = (&model.ply_type(ply).mesh, model.grid.first_element_row(ply));
-    match yarn {
-        0 => mesh.within(0, column, span).all(|c| state.alive(first + row, c, 0)),
-        _ => mesh.within(1, row, span).all(|r| state.alive(first + r, column, 1)),
-    }
-}
-
-/// Corners and centre of an element [m].
-fn patch<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize, cell: [usize; 2]) -> [Vector3<f64>; 5] {
-    let [a, b, c, d] = corners(cell).map(|(row, column)| node_position(model, state, [ply, row, column]));
-    [a, b, c, d, (a + b + c + d) * 0.25]
 }
 
 #[cfg(test)]

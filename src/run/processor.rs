@@ -7,16 +7,15 @@ use std::sync::Arc;
 use nalgebra::{Quaternion, UnitQuaternion};
 use serde::{Deserialize, Serialize};
 
-use super::checkpoint::{self, Checkpoint, Checkpointable, Header};
+use super::checkpoint::{self, BackendId, Checkpoint, Checkpointable, Header};
 use super::record::RunRecord;
 use super::{Backend, Observer, Options, Run, RunError, RunScalar, Skips, View, outcome};
 use crate::case::Case;
-use crate::model::{Model, ModelError, layup};
-use crate::num::scalar::Scalar;
+use crate::model::{Model, ModelError};
 use crate::physics::rigid_body::RigidBody;
 use crate::solver::state::ActiveRegion;
 use crate::solver::state::State;
-use crate::solver::{self, StepTotals, Stepper, StepperState};
+use crate::solver::{self, Stepper, StepperState};
 use crate::solver::{Phase, Stopwatch};
 
 /// A run in progress on the processor.
@@ -82,16 +81,6 @@ impl<S: RunScalar> Simulation<S> {
         Backend::advance(self, case, &mut ())
     }
 
-    /// Ends a run whose numbers are no longer finite, or whose energy was never put in: kinetic, or at a sample of all kinds.
-    fn check_energy(&mut self, totals: &StepTotals, sample: bool) {
-        if self.record.run.divergence.is_none() {
-            let kinetic = totals.kinetic + solver::energy_balance::flying(self.state.body.as_ref());
-            if let Some(excess) = solver::energy_balance::excess(&self.record.balance, kinetic, sample) {
-                self.record.diagnose(&self.model, &self.state, excess);
-            }
-        }
-    }
-
     /// Results. `loop_seconds`: time spent in the loop [s].
     pub fn into_run(self, loop_seconds: f64) -> Run {
         Run {
@@ -107,10 +96,6 @@ impl<S: RunScalar> Simulation<S> {
 impl<S: RunScalar> Backend for Simulation<S> {
     fn is_finished(&self, case: &Case) -> bool {
         self.finished(case)
-    }
-
-    fn clock(&self) -> [f64; 2] {
-        [self.time(), self.model.dt]
     }
 
     fn record(&mut self) -> &mut RunRecord {
@@ -136,7 +121,12 @@ impl<S: RunScalar> Backend for Simulation<S> {
             }
         }
         self.sampled = sample;
-        self.check_energy(&totals, sample);
+        // Numbers that are no longer finite, or energy that was never put in, end the run: kinetic, or at a sample of all kinds.
+        let kinetic = totals.kinetic + solver::energy_balance::flying(self.state.body.as_ref());
+        let excess = solver::energy_balance::excess(&self.record.balance, kinetic, sample);
+        if let Some(excess) = excess.filter(|_| self.record.run.divergence.is_none()) {
+            self.record.diagnose(&self.model, &self.state, excess);
+        }
         self.stepper.stopwatch.lap(Phase::Record);
         sample
     }
@@ -174,8 +164,8 @@ struct SimulationState<'a, S: Clone> {
 type BodyMotion = ([f64; 3], [f64; 4], [f64; 3], [f64; 3]);
 
 impl<S: RunScalar> Checkpointable for Simulation<S> {
-    fn time(&self) -> f64 {
-        Self::time(self)
+    fn clock(&self) -> [f64; 2] {
+        [self.time(), self.model.dt]
     }
 
     fn save(&self, header: &Header, observer: &[u8], to: &mut dyn Write) -> io::Result<()> {
@@ -203,56 +193,23 @@ impl<S: RunScalar> Simulation<S> {
     /// # Errors
     /// When the case cannot become a model, or the checkpoint is not one of it.
     pub fn resume(case: &Case, checkpoint: &Checkpoint) -> Result<Self, RunError> {
+        let from: SimulationState<'_, S> = checkpoint.state(case, &BackendId::Cpu(S::PRECISION))?;
         let mut simulation = Self::with_skips(case, checkpoint.header.skips)?;
-        simulation.state.step = checkpoint.header.step;
-        checkpoint.state(|state| simulation.restore(state))?;
-        Ok(simulation)
-    }
-
-    /// Puts what varies into its place; names the part that does not fit the model.
-    fn restore(&mut self, from: SimulationState<'_, S>) -> Result<(), &'static str> {
-        let (model, state) = (&self.model, &mut self.state);
-        let within = |(ply, region): (usize, &ActiveRegion)| {
-            let whole = ActiveRegion::whole(&model.ply_type(ply).mesh);
-            region.rows.end <= whole.rows.end && region.columns.end <= whole.columns.end
-        };
-        let active = from.active.len() == model.plies.len() && from.active.iter().enumerate().all(within);
-        let checks = [
-            (from.record.fits(model), "results so far"),
-            (from.stepper.fits(model), "nodes near the projectile"),
-            (from.body.is_some() == state.body.is_some(), "motion of the projectile"),
-            (active, "active regions"),
-            (from.nodes.len() == state.nodes.data.len(), "nodes"),
-            (from.elements.len() == state.elements.data.len(), "elements"),
-            (from.over.len() == state.over.len() && is_over_elements(model, &from.over), "facing elements"),
-        ];
-        if let Some((_, part)) = checks.into_iter().find(|(fits, _)| !fits) {
-            return Err(part);
-        }
-        self.record = from.record.into_owned();
-        self.stepper.remember(model, from.stepper);
-        self.stepper.stopwatch = from.stopwatch.into_owned();
+        let Self { model, state, stepper, record, .. } = &mut simulation;
+        *record = from.record.into_owned();
+        stepper.remember(model, from.stepper);
+        stepper.stopwatch = from.stopwatch.into_owned();
         if let (Some(body), Some((position, orientation, velocity, angular_momentum))) = (&mut state.body, from.body) {
             body.position = position.into();
             // As it was, to the last bit: it is not brought to unit length again.
             body.orientation = UnitQuaternion::new_unchecked(Quaternion::from(orientation));
             (body.velocity, body.angular_momentum) = (velocity.into(), angular_momentum.into());
         }
+        state.step = checkpoint.header.step;
         state.active = from.active.into_owned();
         state.nodes.data.copy_from_slice(&from.nodes);
         state.elements.data.copy_from_slice(&from.elements);
         state.over = from.over.into_owned();
-        Ok(())
+        Ok(simulation)
     }
-}
-
-/// Whether every node faces an element that the neighbouring ply has.
-fn is_over_elements<S: Scalar>(model: &Model<S>, all: &[u32]) -> bool {
-    all.chunks(model.nodes_per_ply()).enumerate().all(|(at, part)| {
-        let count = layup::neighbour(at / layup::SIDES, at % layup::SIDES, model.plies.len()).map_or(1, |other| {
-            let mesh = &model.ply_type(other).mesh;
-            mesh.rows * mesh.columns
-        });
-        part.iter().all(|over| layup::element(*over) < count)
-    })
 }

@@ -81,23 +81,6 @@ impl RunRecord {
         }
     }
 
-    /// Whether it can be the record of a run of this model that has taken a step: every place in it exists.
-    pub(crate) fn fits<S: Scalar>(&self, model: &Model<S>) -> bool {
-        let place = |event: &FailureEvent| {
-            let ply = event.ply as usize;
-            let mesh = (ply < model.plies.len()).then(|| &model.ply_type(ply).mesh);
-            mesh.is_some_and(|mesh| (event.i as usize) < mesh.columns && (event.j as usize) < mesh.rows)
-                && event.yarn < 2
-        };
-        let plies = model.plies.len();
-        [self.failed.len(), self.deflections.plies(), self.run.plies] == [plies; 3]
-            && self.tracker.is_some() == model.projectile.is_some()
-            && (self.run.planes, self.run.elements) == (model.planes, model.whole_elements())
-            && self.run.time_step.to_bits() == model.dt.to_bits()
-            && !self.run.history.is_empty()
-            && self.run.events.iter().all(place)
-    }
-
     /// Whether something other than time ends the run.
     pub(crate) fn is_over(&self) -> bool {
         self.run.interrupted || self.is_over_uninterrupted()
@@ -312,7 +295,12 @@ impl RunRecord {
 
     /// Results; what computed them is left to the backend.
     pub(crate) fn finish<S: Scalar>(self, model: &Model<S>, loop_seconds: f64) -> Run {
-        info!(self.run.steps, seconds = loop_seconds, failed_yarns = self.failed().iter().sum::<u64>(), "loop ended");
+        info!(
+            steps = self.run.steps,
+            seconds = loop_seconds,
+            failed_yarns = self.failed().iter().sum::<u64>(),
+            "loop ended"
+        );
         let present = model.ply_types.iter().flat_map(|s| (0..2).filter(|i| s.present[*i]).map(|i| &s.cell.yarn[i]));
         let breaking = present.map(|yarn| yarn.stiffness * yarn.failure_strain.min(1.0));
         let weakest = breaking.fold(f64::INFINITY, f64::min);

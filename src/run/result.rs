@@ -266,16 +266,11 @@ impl DeflectionProfile {
             return None;
         }
         // Least squares of position on deflection over the middle of the flank.
-        let flank = self.outward().filter(|p| (0.2..0.8).contains(&(p.deflection.abs() / peak)));
-        let (mut n, mut w, mut x, mut ww, mut wx) = (0.0, 0.0, 0.0, 0.0, 0.0);
-        for p in flank {
-            let d = p.deflection.abs();
-            n += 1.0;
-            w += d;
-            x += p.position;
-            ww += d * d;
-            wx += d * p.position;
-        }
+        let flank = self.outward().map(|p| [p.deflection.abs(), p.position]);
+        let flank: Vec<[f64; 2]> = flank.filter(|[d, _]| (0.2..0.8).contains(&(d / peak))).collect();
+        let sum = |of: fn(f64, f64) -> f64| flank.iter().map(|[d, x]| of(*d, *x)).sum::<f64>();
+        let (n, w, x) = (flank.len() as f64, sum(|d, _| d), sum(|_, x| x));
+        let (ww, wx) = (sum(|d, _| d * d), sum(|d, x| d * x));
         let determinant = n * ww - w * w;
         (n >= 3.0 && determinant > 0.0).then(|| (x * ww - w * wx) / determinant)
     }

@@ -357,17 +357,6 @@ pub(crate) struct StepperState {
     skin: f64,
 }
 
-impl StepperState {
-    /// Whether it names nodes of this model only.
-    pub(crate) fn fits<S: Scalar>(&self, model: &Model<S>) -> bool {
-        self.candidates.iter().all(|&[ply, row, column]| {
-            ply < model.plies.len()
-                && row <= model.ply_type(ply).mesh.rows
-                && column <= model.ply_type(ply).mesh.columns
-        })
-    }
-}
-
 impl<S: Scalar> Stepper<S> {
     /// State of the stepper that the next steps depend on.
     pub(crate) fn memory(&self) -> StepperState {

@@ -146,7 +146,7 @@ fn what_is_wrong_is_said_as_of_a_file_without_the_option_of_the_command_line() {
         let refused = error(built().velocity_m_s(velocity));
         assert!(refused.starts_with("error: mine: /projectile/velocity_m_s\n  expected: a number"), "{refused}");
     }
-    for (pointer, help) in [("projectile", "JSON pointer"), ("/pack/rim/left", "did you mean")] {
+    for (pointer, help) in [("projectile", "JSON pointer"), ("/pack/edge/left", "did you mean")] {
         let refused = error(built().set(pointer, 1));
         assert!(refused.contains(help) && !refused.contains("--set"), "{refused}");
     }

@@ -38,7 +38,7 @@ fn keys_of_the_summary_and_columns_of_the_history() {
     let keys: Vec<&String> = summary.as_object().unwrap().keys().collect();
     let files = page("files.md");
     assert_eq!(files.first_cells("summary.json").iter().collect::<Vec<_>>(), keys);
-    assert_eq!(files.first_cells("history.csv"), COLUMNS.map(|column| column.name));
+    assert_eq!(files.first_cells("history.csv"), COLUMNS.map(|(name, _)| name));
 }
 
 #[test]

@@ -68,7 +68,7 @@ fn unstable(device: &'static Device) -> Outcome {
         "{found:?}"
     );
     for row in &run.history {
-        let numbers = ripstop::output::csv::COLUMNS.map(|column| (column.read)(row));
+        let numbers = ripstop::output::csv::COLUMNS.map(|(_, read)| read(row));
         assert!(numbers.iter().all(|x| x.is_finite()), "{row:?}");
     }
     Ok(())
@@ -208,10 +208,8 @@ fn checkpoints(device: &'static Device) -> Outcome {
         other => panic!("{other:?}"),
     };
     let from = |case: &Case, options: Options<'_>| found(options.resume(&checkpoint).run(case).map(drop));
-    assert!(from(&case, Options::default()).ends_with(" that do not"));
+    assert_eq!(from(&case, Options::default()), "Cpu(F64)");
     assert!(from(&pack(), options(device)).starts_with("one that computes something else"));
-    // Behind the hash, sizes are looked at too.
-    assert!(found(DeviceSimulation::resume(&pack(), device, &checkpoint).map(drop)).ends_with(" that do not"));
     let mut simulation = begun(device, &case, Skips::default()).with_batch(10);
     (0..4).for_each(|_| simulation.advance(&case));
     simulation.settle(&case);

@@ -94,8 +94,8 @@ const TEARING: Allowed = &[
 fn off(cpu: &Run, gpu: &Run, allowed: Allowed, part: f64) -> Vec<String> {
     assert_eq!(cpu.time_step, gpu.time_step);
     let difference = |(name, allowed): &(&str, f64)| {
-        let column = csv::find(name).unwrap();
-        let [c, g] = [cpu, gpu].map(|run| run.history.iter().map(column.read).collect::<Vec<f64>>());
+        let (_, read) = csv::find(name).unwrap();
+        let [c, g] = [cpu, gpu].map(|run| run.history.iter().map(read).collect::<Vec<f64>>());
         let scale = c.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
         let within = |(c, g): (&f64, &f64)| (c - g).abs() <= allowed * scale;
         let row = c.iter().zip(&g).position(|numbers| !within(numbers))?;
