@@ -260,7 +260,7 @@ fn files_are_whole_and_need_nothing_else() {
 fn a_bad_table_is_one_error_and_nothing_is_written() {
     let head = "velocity_m_s,perforated,count,residual_velocity_m_s\n";
     let lines = |line: &str| format!("{head}400,0,,\n{line}\n");
-    let tables: [(&str, String, &str); 14] = [
+    let tables: [(&str, String, &str); 15] = [
         ("no-velocity", "velocity,perforated\n1,1\n".into(), "line 1|a column velocity_m_s|\"velocity\""),
         ("no-outcome", "velocity_m_s,outcome\n1,1\n".into(), "line 1|a column perforated|\"outcome\""),
         ("empty", String::new(), "no shot"),
@@ -274,6 +274,7 @@ fn a_bad_table_is_one_error_and_nothing_is_written() {
         ("stopped", lines("410,0,1,50"), "line 3, column residual_velocity_m_s|stopped|\"50\""),
         ("faster", lines("410,1,1,411"), "line 3, column residual_velocity_m_s|410 m/s|\"411\""),
         ("comma", "velocity_m_s,perforated\n400,5,1\n".into(), "line: 2|2 fields|decimal point"),
+        ("ends", "velocity_m_s,perforated\r\n400,0\r\n410,x\r\n".into(), "line 3, column perforated|\"x\""),
         ("absent", String::new(), "velocity_m_s,perforated"),
     ];
     let bench = Bench::new(&small());
