@@ -15,7 +15,7 @@ use crate::model::{Model, ModelError};
 use crate::physics::rigid_body::RigidBody;
 use crate::solver::state::ActiveRegion;
 use crate::solver::state::State;
-use crate::solver::{self, StepTotals, Stepper, StepperState};
+use crate::solver::{self, Stepper, StepperState};
 use crate::solver::{Phase, Stopwatch};
 
 /// A run in progress on the processor.
@@ -81,16 +81,6 @@ impl<S: RunScalar> Simulation<S> {
         Backend::advance(self, case, &mut ())
     }
 
-    /// Ends a run whose numbers are no longer finite, or whose energy was never put in: kinetic, or at a sample of all kinds.
-    fn check_energy(&mut self, totals: &StepTotals, sample: bool) {
-        if self.record.run.divergence.is_none() {
-            let kinetic = totals.kinetic + solver::energy_balance::flying(self.state.body.as_ref());
-            if let Some(excess) = solver::energy_balance::excess(&self.record.balance, kinetic, sample) {
-                self.record.diagnose(&self.model, &self.state, excess);
-            }
-        }
-    }
-
     /// Results. `loop_seconds`: time spent in the loop [s].
     pub fn into_run(self, loop_seconds: f64) -> Run {
         Run {
@@ -131,7 +121,12 @@ impl<S: RunScalar> Backend for Simulation<S> {
             }
         }
         self.sampled = sample;
-        self.check_energy(&totals, sample);
+        // Numbers that are no longer finite, or energy that was never put in, end the run: kinetic, or at a sample of all kinds.
+        let kinetic = totals.kinetic + solver::energy_balance::flying(self.state.body.as_ref());
+        let excess = solver::energy_balance::excess(&self.record.balance, kinetic, sample);
+        if let Some(excess) = excess.filter(|_| self.record.run.divergence.is_none()) {
+            self.record.diagnose(&self.model, &self.state, excess);
+        }
         self.stepper.stopwatch.lap(Phase::Record);
         sample
     }
