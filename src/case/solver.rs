@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use super::error::{number_text, percent, quote, short_number_text, text_of};
 use super::keys::choices;
 use super::provenance::Provenance;
-use super::{Along, CaseError, Motion, Origin, Pack, Projectile};
+use super::{Along, Case, CaseError, Motion, Origin};
 
 /// Coefficient of the shock viscosity.
 const VISCOSITY: f64 = 0.3;
@@ -182,25 +182,17 @@ pub(super) fn derive(document: &mut Value, record: &Provenance) {
     }
 }
 
-impl Solver {
+impl Case {
     /// Completes the end of the run.
-    pub(super) fn complete_end(
-        &mut self,
-        projectile: Option<&Projectile>,
-        pack: &Pack,
-        record: &Provenance,
-    ) -> Result<(), CaseError> {
-        let at = "/solver/end_time_us";
-        let has_outcome = projectile.is_some_and(|p| p.motion == Motion::Free) && self.run_until != RunUntil::EndTime;
+    pub(super) fn complete_end(&mut self, record: &Provenance) -> Result<(), CaseError> {
+        let (at, until_end) = ("/solver/end_time_us", self.solver.run_until == RunUntil::EndTime);
+        let has_outcome = self.projectile.as_ref().is_some_and(|p| p.motion == Motion::Free) && !until_end;
         if !has_outcome && !record.has(at) {
             let error = CaseError::at(at, "the end of the run", "nothing");
             return Err(error.help("no outcome ends this run: it has no free projectile, or run_until is \"end_time\""));
         }
-        let spans = match pack.layup.is_empty() {
-            true => pack.edges.span(),
-            false => pack.layup.iter().any(|layer| layer.edges.span()),
-        };
-        record.fill(at, &mut self.end_time, if spans { LONGEST } else { LONGEST_LOOSE }, "", false);
+        let longest = if self.layers().iter().any(|layer| layer.edges.span()) { LONGEST } else { LONGEST_LOOSE };
+        record.fill(at, &mut self.solver.end_time, longest, "", false);
         Ok(())
     }
 }
