@@ -1,5 +1,5 @@
-// contact_candidates: which nodes may meet the projectile, how it sees them, and what may have moved when it is done. Needs `nodes`, `flags`,
-// `status`, `body`, `candidates`, `points` and `over`.
+// contact_candidates: nodes that may meet the projectile, their contact before it acts, and what may have moved after it. Needs `nodes`,
+// `flags`, `status`, `body`, `candidates`, `points` and `over`.
 // Twin: src/solver/contact_candidates.rs
 
 /// Lists the marked nodes in storage order and clears the marks; gives their number.
