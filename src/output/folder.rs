@@ -393,7 +393,7 @@ fn hold(path: &Path) -> io::Result<Option<Handle>> {
 ///
 /// # Errors
 /// Where the folder cannot be written.
-pub fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
+fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(UNFINISHED[0]).suffix(UNFINISHED[1]);
     #[cfg(unix)]

@@ -21,7 +21,7 @@ use crate::run::batch::{DeviceBatch, PreparedShot};
 use crate::run::{self, Options, Precision, Run};
 
 /// Name of the file that says what a batch is of.
-const PLAN: &str = "plan.json";
+pub(super) const PLAN: &str = "plan.json";
 /// Shots tried for the names of the columns that a case draws: some cannot be set up.
 const TRIES: u32 = 16;
 /// Device memory of a batch at most [bytes].
@@ -351,11 +351,6 @@ pub(super) fn begin(
     }
     folder.put(&[(PLAN, format!("{plan:#}\n"))], files)?;
     Ok(())
-}
-
-/// Whether a study was begun in a folder.
-pub(super) fn is_begun(folder: &Path) -> bool {
-    folder.join(PLAN).is_file()
 }
 
 /// Check that the plan in a file is this one.
