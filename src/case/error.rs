@@ -245,14 +245,12 @@ fn check_object(pointer: &str, node: &'static Value, object: &Value, errors: &mu
             continue;
         }
         let names = list(members.iter().map(|key| key.name));
-        let given: Vec<&str> = members.iter().map(|key| key.name).filter(|name| object.get(name).is_some()).collect();
-        match given[..] {
-            [] => errors.push(CaseError::at(pointer, format!("a {group}: {names}"), "none of them")),
-            [_] => {}
-            [_, second, ..] => {
-                let (place, found) = (format!("{pointer}/{second}"), format!("{} of them", given.len()));
-                errors.push(CaseError::at(place, format!("one {group}: {names}"), found));
-            }
+        let given = members.iter().filter(|key| object.get(key.name).is_some());
+        if given.clone().next().is_none() {
+            errors.push(CaseError::at(pointer, format!("a {group}: {names}"), "none of them"));
+        } else if let Some(second) = given.clone().nth(1) {
+            let (place, found) = (format!("{pointer}/{}", second.name), format!("{} of them", given.count()));
+            errors.push(CaseError::at(place, format!("one {group}: {names}"), found));
         }
     }
 }

@@ -162,7 +162,7 @@ impl Grading {
         before.iter().rev().map(|at| from - at).chain(fine).chain(after.iter().map(|at| to + at)).collect()
     }
 
-    /// How far the mesh is fine, and how it grows.
+    /// Reach of the fine part and growth beyond it, in words.
     pub(super) fn words(&self) -> String {
         let fine = millimetres(self.fine[0].min(self.fine[1]));
         let way = self.way[0].hypot(self.way[1]);

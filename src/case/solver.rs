@@ -232,7 +232,7 @@ pub struct Expect {
     pub known_difference: Option<String>,
 }
 
-/// What is expected.
+/// Expected word, value or range.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Bound {
