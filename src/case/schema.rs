@@ -83,7 +83,7 @@ fn left_out(key: &Key) -> String {
     }
 }
 
-/// What a key means, and beside which others it stands.
+/// Meaning of a key, and the keys beside which it stands.
 fn meaning(key: &Key) -> String {
     let only = key.condition("only").map(|(other, values)| format!(" Only where {other} is {}.", values.join(", ")));
     let group = key.node["group"].as_str().map(|group| format!(" Exactly one gives the {group}."));
