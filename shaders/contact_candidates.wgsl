@@ -1,5 +1,5 @@
-// contact_candidates: which nodes may meet the projectile, how it sees them, and what may have moved when it is done. Needs `nodes`, `flags`,
-// `status`, `body`, `candidates`, `points` and `over`.
+// contact_candidates: nodes that may meet the projectile, their contact before it acts, and what may have moved after it. Needs `nodes`,
+// `flags`, `status`, `body`, `candidates`, `points` and `over`.
 // Twin: src/solver/contact_candidates.rs
 
 /// Lists the marked nodes in storage order and clears the marks; gives their number.
@@ -53,8 +53,8 @@ fn fabric_between(node: u32) -> f32 {
     return thickness;
 }
 
-/// A node as contact sees it before it acts.
-struct Seen {
+/// Node near the projectile, before contact.
+struct Candidate {
     /// Outward normal of the body in the axes of the pack, and the gap [m].
     normal: vec3<f32>,
     gap: f32,
@@ -71,31 +71,31 @@ struct Seen {
 }
 
 /// Looks at one node closely.
-fn look(node: u32) -> Seen {
-    var seen: Seen;
+fn candidate_at(node: u32) -> Candidate {
+    var candidate: Candidate;
     let ply = node_ply(node);
     let place = node_place(node);
-    if (!is_intact(node, place)) { return seen; }
+    if (!is_intact(node, place)) { return candidate; }
     let own = node_vector(3u, node);
     let free = to_pack(ply, own);
     let before = to_pack(ply, node_vector(0u, node) - scene.dt * own);
     let from_nose = arm_of(body.nose_coarse, body.nose_fine, to_pack(ply, reference(ply, place)), before);
-    seen.between = fabric_between(node);
-    seen.pressed = rotate_back(body.orientation, from_nose - vec3<f32>(0.0, 0.0, seen.between));
-    let g = contact_distance(seen.pressed);
+    candidate.between = fabric_between(node);
+    candidate.pressed = rotate_back(body.orientation, from_nose - vec3<f32>(0.0, 0.0, candidate.between));
+    let g = contact_distance(candidate.pressed);
     let arm = from_nose + nose_of(body.orientation);
     let relative = free - body.velocity.xyz - cross(body.turning.xyz, arm);
-    seen.normal = rotate(body.orientation, g.normal);
-    seen.gap = g.distance;
-    seen.arm = arm;
-    seen.relative = relative;
-    seen.depth = max(0.0, -g.distance);
-    let approach = dot(relative, seen.normal);
-    if (stays_away(g.distance, approach)) { return seen; }
-    let along = dot(seen.normal, inverse_in_pack(ply, place) * seen.normal);
-    if (scene.body_prescribed != 0u && along <= 0.0) { return seen; } // both are held: neither can give way
-    seen.state = select(NEAR, PUSHING, approach < closing_limit(g.distance));
-    return seen;
+    candidate.normal = rotate(body.orientation, g.normal);
+    candidate.gap = g.distance;
+    candidate.arm = arm;
+    candidate.relative = relative;
+    candidate.depth = max(0.0, -g.distance);
+    let approach = dot(relative, candidate.normal);
+    if (stays_away(g.distance, approach)) { return candidate; }
+    let along = dot(candidate.normal, inverse_in_pack(ply, place) * candidate.normal);
+    if (scene.body_prescribed != 0u && along <= 0.0) { return candidate; } // both are held: neither can give way
+    candidate.state = select(NEAR, PUSHING, approach < closing_limit(g.distance));
+    return candidate;
 }
 
 /// Whether what approaches at a relative normal velocity cannot touch within the step.

@@ -15,7 +15,7 @@
 @group(1) @binding(5) var<storage, read_write> status: array<atomic<u32>>;
 
 /// Whether a neighbour's part that may have moved lies within reach of a node, by reference positions.
-fn sees(own: u32, place: vec2<u32>, other: u32) -> bool {
+fn is_within_reach(own: u32, place: vec2<u32>, other: u32) -> bool {
     let reach = reach_of(other);
     if (reach.x >= reach.y) { return false; }
     let lies = to_ply(other, to_pack(own, reference(own, place)));
@@ -122,8 +122,8 @@ fn touch_of(
     return found;
 }
 
-/// Looks at a node against one neighbour; true where it is a contact.
-fn look(ply: u32, node: u32, place: vec2<u32>, side: u32) -> bool {
+/// Search for a contact of a node with one neighbour; true where there is one.
+fn search(ply: u32, node: u32, place: vec2<u32>, side: u32) -> bool {
     let other = neighbour(ply, side);
     let at = side * scene.nodes + node;
     let o = plies[other];
@@ -182,7 +182,7 @@ fn ply_search(id: Invocation) {
     for (var side = 0u; side < 2u; side++) {
         let other = neighbour(ply, side);
         var found = false;
-        if (other != NO_PLY && (moving || sees(ply, place, other))) { found = look(ply, node, place, side); }
+        if (other != NO_PLY && (moving || is_within_reach(ply, place, other))) { found = search(ply, node, place, side); }
         let at = side * scene.nodes + node;
         if (!found && contacts[at].foot.w != 0.0) { contacts[at].foot.w = 0.0; }
     }

@@ -27,20 +27,20 @@ fn take_in(p: u32) -> f32 {
     let node = points[point_number(p)].node;
     let ply = node_ply(node);
     let place = node_place(node);
-    let seen = look(node);
+    let candidate = candidate_at(node);
     let mass = node_mass(ply, place);
     points[point_number(p)].inverse = vec4<f32>(inverse_in_pack(ply, place), 0.0);
-    points[point_number(p)].relative = vec4<f32>(seen.relative, mass);
-    points[point_number(p)].pressed = vec4<f32>(seen.pressed, seen.between);
+    points[point_number(p)].relative = vec4<f32>(candidate.relative, mass);
+    points[point_number(p)].pressed = vec4<f32>(candidate.pressed, candidate.between);
     var touch: Touch;
-    touch.normal = vec4<f32>(seen.normal, seen.gap);
-    touch.arm = vec4<f32>(seen.arm, mass);
+    touch.normal = vec4<f32>(candidate.normal, candidate.gap);
+    touch.arm = vec4<f32>(candidate.arm, mass);
     touch.ends = vec2<u32>(p, p);
-    touch.friction = friction_through(seen.between);
-    touch.state = seen.state;
+    touch.friction = friction_through(candidate.between);
+    touch.state = candidate.state;
     touch.member = NONE;
     touches[touch_number(p)] = touch;
-    return seen.depth;
+    return candidate.depth;
 }
 
 /// Point of a node among the first `count`, or `NONE`.

@@ -106,14 +106,11 @@ pub use run::{Observer, Options, Outcome, Run, RunError, Sample};
 #[doc(hidden)]
 pub mod gpu;
 #[doc(hidden)]
-pub mod physics;
-// Tables of the documentation. The one file outside the rooms: every room may print such a table, and it uses none.
-#[doc(hidden)]
-pub mod markdown;
-#[doc(hidden)]
 pub mod model;
 #[doc(hidden)]
 pub mod num;
+#[doc(hidden)]
+pub mod physics;
 #[doc(hidden)]
 pub mod solver;
 #[cfg(feature = "cli")]

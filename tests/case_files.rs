@@ -11,7 +11,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use ripstop::case::{self, Bound, BuiltInFabric, Case, CaseError, Edge, Field};
+use ripstop::case::{self, BuiltInFabric, Case, CaseError, Edge, Field};
 use ripstop::physics::projectile_body::Body;
 use serde_json::{Map, Value, json};
 

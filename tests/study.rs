@@ -9,6 +9,7 @@ mod estimation;
 mod variability;
 
 use ripstop::study::binary_response::{Outcomes, Shot};
+use ripstop::study::interval::Bounds;
 
 /// Wu & Tian 2014, Table 1: range 0 to 22, σ guessed as 3.
 const WU_TIAN: &str =
@@ -31,6 +32,11 @@ fn shots(text: &str) -> Vec<Shot> {
 
 fn outcomes(text: &str) -> Outcomes {
     shots(text).iter().collect()
+}
+
+/// Whether a value lies inside an interval.
+fn holds(bounds: Bounds, value: f64) -> bool {
+    bounds.low.is_none_or(|low| low <= value) && bounds.high.is_none_or(|high| value <= high)
 }
 
 #[track_caller]

@@ -134,7 +134,7 @@ fn insert(document: &mut Value, pointer: &str, value: Value) -> Result<(), CaseE
     Ok(())
 }
 
-/// What a place of the case file has before anything is put into it: an object without keys, or the default list.
+/// Value of a place before anything is put into it: an object without keys, or the default list.
 fn created(place: &str) -> Result<Value, CaseError> {
     let Some(Key { node, .. }) = lookup(place) else {
         let known = pointers();

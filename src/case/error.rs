@@ -219,7 +219,7 @@ fn check_object(pointer: &str, node: &'static Value, object: &Value, errors: &mu
         match misplaced(&place, key, value, &keys, object) {
             Some(error) => errors.push(error),
             None if key.node["type"].is_array() && value.is_null() => {}
-            None => check_value(&place, key, value, errors),
+            None => check_value(&place, key.node, value, errors),
         }
     }
     // Who wrote a key wrong need not hear that it is missing.
@@ -245,53 +245,43 @@ fn check_object(pointer: &str, node: &'static Value, object: &Value, errors: &mu
             continue;
         }
         let names = list(members.iter().map(|key| key.name));
-        let given: Vec<&str> = members.iter().map(|key| key.name).filter(|name| object.get(name).is_some()).collect();
-        match given[..] {
-            [] => errors.push(CaseError::at(pointer, format!("a {group}: {names}"), "none of them")),
-            [_] => {}
-            [_, second, ..] => {
-                let (place, found) = (format!("{pointer}/{second}"), format!("{} of them", given.len()));
-                errors.push(CaseError::at(place, format!("one {group}: {names}"), found));
-            }
+        let given = members.iter().filter(|key| object.get(key.name).is_some());
+        if given.clone().next().is_none() {
+            errors.push(CaseError::at(pointer, format!("a {group}: {names}"), "none of them"));
+        } else if let Some(second) = given.clone().nth(1) {
+            let (place, found) = (format!("{pointer}/{}", second.name), format!("{} of them", given.count()));
+            errors.push(CaseError::at(place, format!("one {group}: {names}"), found));
         }
     }
 }
 
-/// Checks a value, and the keys below it.
-fn check_value(place: &str, key: &Key, value: &Value, errors: &mut Vec<CaseError>) {
-    let items = fits(key.node, value).filter(|_| key.node["type"] == "array").into_iter().flatten().enumerate();
-    if !accepts(key.node, value) {
-        let wrong = items.clone().find(|(_, item)| !accepts(&key.node["items"], item));
-        errors.push(wrong.map_or_else(
-            || mismatch(key, value, place),
-            |(index, item)| CaseError::at(format!("{place}/{index}"), expected(&key.node["items"]), describe(item)),
-        ));
-    } else if value.is_object() && object(key.node).is_some() {
-        check_object(place, key.node, value, errors);
-    } else {
-        let objects = items.filter(|(_, item)| item.is_object());
-        objects.for_each(|(index, item)| check_object(&format!("{place}/{index}"), key.node, item, errors));
+/// Checks a value, and what is in it.
+fn check_value(place: &str, node: &'static Value, value: &Value, errors: &mut Vec<CaseError>) {
+    if let Some(items) = fits(node, value) {
+        let items = items.iter().enumerate();
+        items.for_each(|(index, item)| check_value(&format!("{place}/{index}"), &node["items"], item, errors));
+    } else if !accepts(node, value) {
+        let help = remedy(node, value);
+        errors.push(CaseError { help, ..CaseError::at(place, expected(node), describe(value)) });
+    } else if value.is_object() && object(node).is_some() {
+        check_object(place, node, value, errors);
     }
 }
 
-/// The error of a value that may not stand at its key.
-fn mismatch(key: &Key, value: &Value, place: &str) -> CaseError {
+/// Help with a value that may not stand where it does.
+fn remedy(node: &'static Value, value: &Value) -> Option<String> {
     let text = value.as_str().unwrap_or_default();
-    let first = key.node["anyOf"].get(0).unwrap_or(key.node);
-    let help = match key.node["type"].as_str() {
-        _ if first.get("enum").is_some() && !text.is_empty() => {
-            nearest(text, strings(&first["enum"])).map(|near| format!("did you mean {}?", quote(near)))
-        }
-        Some("number" | "integer") if text.parse::<f64>().is_ok_and(f64::is_finite) => {
-            Some("write the number without quotes".to_owned())
-        }
-        _ if key.node["anyOf"][1].get("pattern").is_some() && !text.is_empty() => Some("for example \"1%\"".to_owned()),
-        Some("number") if value.as_f64().is_some_and(|number| number > 0.0) => {
-            key.node["help"].as_str().map(str::to_owned)
-        }
-        _ => None,
-    };
-    CaseError { help, ..CaseError::at(place, expected(key.node), describe(value)) }
+    let choice = node["anyOf"].get(0).unwrap_or(node);
+    let is_number = node["type"] == "number" || node["type"] == "integer";
+    if choice.get("enum").is_some() && !text.is_empty() {
+        nearest(text, strings(&choice["enum"])).map(|near| format!("did you mean {}?", quote(near)))
+    } else if is_number && text.parse::<f64>().is_ok_and(f64::is_finite) {
+        Some("write the number without quotes".to_owned())
+    } else if node["anyOf"][1].get("pattern").is_some() && !text.is_empty() {
+        Some("for example \"1%\"".to_owned())
+    } else {
+        node["help"].as_str().filter(|_| value.as_f64() > Some(0.0)).map(str::to_owned)
+    }
 }
 
 /// The error of a key that does not belong beside what the others say, or lacks the one that belongs with it.

@@ -341,10 +341,7 @@ pub fn builtin_fabric(file: &str) -> Option<&'static str> {
 /// The fabric that a pointer names or reaches into.
 pub(super) fn around(pointer: &str) -> Option<&str> {
     let group = pointer.strip_prefix(LAYUP).and_then(|rest| rest.strip_prefix('/')?.split_once('/'));
-    let start = match group {
-        Some((group, _)) => index(group).map(|_| LAYUP.len() + 1 + group.len())?,
-        None => 0,
-    };
+    let start = group.map_or(Some(0), |(group, _)| index(group).map(|_| LAYUP.len() + 1 + group.len()))?;
     is_at_or_below(&pointer[start..], COMMON).then(|| &pointer[..start + COMMON.len()])
 }
 

@@ -6,7 +6,7 @@ use serde::Deserialize;
 use super::error::millimetres;
 use super::keys::{WordOr, choices};
 use super::provenance::Provenance;
-use super::{CaseError, Layer, Projectile, Shape};
+use super::{Case, CaseError, Layer, Shape};
 
 /// Fine elements reach this far from the projectile's wall by default, over its radius [-].
 const FINE_RADII: f64 = 1.0;
@@ -72,21 +72,15 @@ pub(super) struct GradingKeys {
     lines_from: LinesFrom,
 }
 
-impl GradingKeys {
-    /// The grading of a pack of which each element of the finest size has `side` crossovers along a side. `graded`: whether it is graded
-    /// where nothing is said.
-    pub(super) fn grading(
-        given: Option<WordOr<GradingWord, Self>>,
-        graded: bool,
-        projectile: Option<&Projectile>,
-        side: f64,
-        record: &Provenance,
-    ) -> Result<Option<Grading>, CaseError> {
+impl Case {
+    /// The grading of the pack, which has this depth [m]. `graded`: whether it is graded where nothing is said.
+    pub(super) fn graded(&self, graded: bool, depth: f64, record: &Provenance) -> Result<Option<Grading>, CaseError> {
+        let (pack, projectile) = (&self.pack, self.projectile.as_ref());
         let at = |key: &str| format!("/pack/mesh_grading{key}");
-        if given.is_none() {
+        if pack.mesh_grading.is_none() {
             record.derive_text(&at(""), if graded { "graded" } else { "none" }, "", false);
         }
-        let keys = match given {
+        let keys = match pack.mesh_grading {
             Some(WordOr::Keys(keys)) => keys,
             Some(WordOr::Word(GradingWord::Graded)) => record.defaults(&at(""))?,
             None if graded => record.defaults(&at(""))?,
@@ -94,54 +88,43 @@ impl GradingKeys {
         };
         let fine = match (keys.fine_radius, projectile) {
             (Some(radius), _) => radius,
-            (None, Some(projectile)) => record.derive(&at("/fine_radius_mm"), fine_radius(projectile), "", false),
+            (None, Some(projectile)) => {
+                let [diameter, length] = projectile.shape.sizes();
+                let radius = 0.5 * diameter * (1.0 + FINE_RADII) + length * projectile.yaw.sin().abs();
+                record.derive(&at("/fine_radius_mm"), radius, "", false)
+            }
             (None, None) => {
                 let found = "nothing, and no projectile to take it from";
                 let help = "give fine_radius_mm: without a projectile the mesh is fine around the pack's centre";
                 return Err(CaseError::at(at("/fine_radius_mm"), "a radius", found).help(help));
             }
         };
-        let coarsest = f64::from(keys.max_crossovers);
+        let (side, coarsest) = (pack.crossovers_along_element(), f64::from(keys.max_crossovers));
         if coarsest < side {
             let finest = "the crossovers along a side of the finest (crossovers_per_element), which are";
             let expected = format!("at least {finest} {side}");
             return Err(CaseError::at(at("/max_crossovers"), expected, coarsest.to_string()));
         }
-        let mut fine = [fine; 2];
-        if let Some(Shape::Bar { along, .. }) = projectile.map(|p| p.shape) {
-            fine[along as usize] = f64::INFINITY;
+        let GradingKeys { growth_ratio, lines_from, .. } = keys;
+        let (hit, way, max_size) = ([0.0; 2], [0.0; 2], coarsest / side);
+        let mut grading = Grading { hit, way, fine: [fine; 2], growth_ratio, max_size, lines_from };
+        if let Some(p) = projectile {
+            grading.hit = p.offset;
+            // A point slides over the fabric as far as it moves sideways until the first yarn breaks, beyond 45° at most as far as it is
+            // pushed in; a rim breaks yarns early, or holds them.
+            let pushed_in = if p.shape.is_pointed() { PUSHED_IN * pack.width.min(pack.height) } else { 0.0 };
+            let slope = p.obliquity.tan();
+            let across = depth * slope + pushed_in * slope.min(1.0);
+            grading.way = [across * p.azimuth.cos(), across * p.azimuth.sin()];
+            if let Shape::Bar { along, .. } = p.shape {
+                grading.fine[along as usize] = f64::INFINITY;
+            }
         }
-        Ok(Some(Grading {
-            hit: projectile.map_or([0.0; 2], |p| p.offset),
-            way: [0.0; 2],
-            fine,
-            growth_ratio: keys.growth_ratio,
-            max_size: coarsest / side,
-            lines_from: keys.lines_from,
-        }))
+        Ok(Some(grading))
     }
-}
-
-/// Fine radius for a projectile [m]: [`FINE_RADII`], and as far as a yawed body's tail swings out.
-fn fine_radius(projectile: &Projectile) -> f64 {
-    let [diameter, length] = projectile.shape.sizes();
-    0.5 * diameter * (1.0 + FINE_RADII) + length * projectile.yaw.sin().abs()
 }
 
 impl Grading {
-    /// Takes the projectile's way through a pack of this depth and size [m] in. A point slides over the fabric as far as it moves sideways
-    /// until the first yarn breaks, beyond 45° at most as far as it is pushed in; a rim breaks yarns early, or holds them.
-    #[must_use]
-    pub(super) fn through(mut self, depth: f64, size: [f64; 2], projectile: Option<&Projectile>) -> Self {
-        if let Some(p) = projectile {
-            let pushed_in = if p.shape.is_pointed() { PUSHED_IN * size[0].min(size[1]) } else { 0.0 };
-            let slope = p.obliquity.tan();
-            let across = depth * slope + pushed_in * slope.min(1.0);
-            self.way = [across * p.azimuth.cos(), across * p.azimuth.sin()];
-        }
-        self
-    }
-
     /// From where to where elements are fine along the axes of a ply whose warp lies at the angle with this cosine and sine [m].
     fn range(&self, [c, s]: [f64; 2]) -> [[f64; 2]; 2] {
         let (from, way) = (turned([c, s], self.hit), turned([c, s], self.way));
@@ -179,7 +162,7 @@ impl Grading {
         before.iter().rev().map(|at| from - at).chain(fine).chain(after.iter().map(|at| to + at)).collect()
     }
 
-    /// How far the mesh is fine, and how it grows.
+    /// Reach of the fine part and growth beyond it, in words.
     pub(super) fn words(&self) -> String {
         let fine = millimetres(self.fine[0].min(self.fine[1]));
         let way = self.way[0].hypot(self.way[1]);

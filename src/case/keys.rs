@@ -336,16 +336,16 @@ pub(super) fn accepts(node: &Value, value: &Value) -> bool {
         Some("boolean") => value.is_boolean(),
         Some("number") => value.as_f64().is_some_and(in_range),
         Some("integer") => whole(value).is_some_and(|number| in_range(f64::from(number))),
-        Some("array") => fits(node, value).is_some_and(|items| items.iter().all(|item| accepts(&node["items"], item))),
+        Some("array") => fits(node, value).is_some(),
         _ => value.is_object(),
     }
 }
 
-/// The items of a list of an allowed length.
+/// The items of a list, its own, of an allowed length.
 pub(super) fn fits<'a>(node: &Value, value: &'a Value) -> Option<&'a Vec<Value>> {
     let bound = |name: &str, none: u64| node[name].as_u64().unwrap_or(none);
     let lengths = bound("minItems", 0)..=bound("maxItems", u64::MAX);
-    value.as_array().filter(|items| lengths.contains(&(items.len() as u64)))
+    value.as_array().filter(|items| node["type"] == "array" && lengths.contains(&(items.len() as u64)))
 }
 
 /// Values that a schema describes, in words.

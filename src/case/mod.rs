@@ -149,13 +149,12 @@ impl Case {
 
     /// Completes and checks what depends on several keys.
     fn complete(&mut self, record: &Provenance) -> Result<(), CaseError> {
-        let (fabric, pack, solver) = (&mut self.fabric, &mut self.pack, &mut self.solver);
-        fabric.complete("/fabric", record)?;
+        self.fabric.complete("/fabric", record)?;
         self.projectile.as_mut().map_or(Ok(()), |projectile| projectile.complete(record))?;
-        let projectile = self.projectile.as_ref();
-        self.variability.as_ref().map_or(Ok(()), |variability| variability.check(projectile))?;
-        pack.complete(fabric, projectile, solver, record)?;
-        solver.complete_end(projectile, pack, record)?;
+        let (variability, projectile) = (self.variability.as_ref(), self.projectile.as_ref());
+        variability.map_or(Ok(()), |variability| variability.check(projectile))?;
+        self.complete_pack(record)?;
+        self.complete_end(record)?;
         self.output.check()?;
         self.expect.iter_mut().enumerate().try_for_each(|(index, expect)| expect.complete(index, record))
     }

@@ -10,7 +10,7 @@ use super::error::short_number_text;
 use super::grading::{GradingKeys, GradingWord};
 use super::keys::{WordOr, choices};
 use super::provenance::Provenance;
-use super::{Accuracy, CaseError, Fabric, Grading, Numerics, Projectile, Solver, whole_elements};
+use super::{Accuracy, Case, CaseError, Fabric, Grading, Numerics, whole_elements};
 
 /// Plies of a pack at most.
 pub(super) const MAX_PLIES: u32 = 64;
@@ -263,61 +263,6 @@ impl Pack {
         f64::from(self.crossovers_per_element) / f64::from(self.elements_per_crossover)
     }
 
-    /// Completes and checks the pack.
-    pub(super) fn complete(
-        &mut self,
-        common: &Fabric,
-        projectile: Option<&Projectile>,
-        solver: &Solver,
-        record: &Provenance,
-    ) -> Result<(), CaseError> {
-        let bar = projectile.is_some_and(|p| p.shape.is_bar());
-        let finer = solver.numerics == Numerics::Default && self.crossovers_per_element == 1 && projectile.is_some();
-        if self.elements_per_crossover == 0 {
-            self.elements_per_crossover = match (finer, solver.accuracy) {
-                (false, _) => 1,
-                (true, Accuracy::Converged) => CONVERGED,
-                (true, Accuracy::Default) if bar => ALONG_A_BAR,
-                (true, Accuracy::Default) if projectile.is_some_and(|p| p.shape.is_pointed()) => UNDER_A_POINT,
-                (true, Accuracy::Default) => FINE,
-            };
-            record.derive_text("/pack/elements_per_crossover", self.elements_per_crossover, "", false);
-        }
-        let (size, side) = ([self.width, self.height], self.crossovers_along_element());
-        // Columns and rows, and the element lengths [m], of what stands at a pointer.
-        let mesh = |at: &str, fabric: &Fabric, size: [f64; 2]| {
-            let length = [&fabric.warp, &fabric.weft].map(|yarn| side * 2.0 * yarn.half_span());
-            // Finer meshes cover the same cloth: whole crossovers.
-            let count = whole_elements(at, size, length, (1.0 / side).round().max(1.0))?;
-            let how = "the size over the element length, to the nearest whole number of crossovers";
-            record.derive_text(&format!("{at}/columns"), count[0], how, false);
-            record.derive_text(&format!("{at}/rows"), count[1], how, false);
-            Ok((count, length))
-        };
-        ([self.columns, self.rows], [self.element_length_x, self.element_length_y]) = mesh("/pack", common, size)?;
-        for (index, layer) in self.layup.iter_mut().enumerate() {
-            let at = format!("{LAYUP}/{index}");
-            layer.complete(&at, common, record)?;
-            let size = if layer.lies_across() { [size[1], size[0]] } else { size };
-            ([layer.columns, layer.rows], [layer.element_length_x, layer.element_length_y]) =
-                mesh(&at, &layer.fabric, size)?;
-        }
-        if !self.layup.is_empty() {
-            self.complete_plies(record)?;
-        }
-        if self.spacing.is_none() {
-            derive_spacing(common, &self.layup, record);
-        }
-        let thickness = self.layup.iter().map(|layer| layer.fabric.thickness);
-        let thickest = thickness.reduce(f64::max).unwrap_or(common.thickness);
-        let depth = f64::from(self.plies - 1) * self.spacing.unwrap_or(thickest);
-        // A bar meets whole rows of nodes, and sends waves along the whole of the strip: its mesh is even.
-        let grading = GradingKeys::grading(self.mesh_grading, finer && !bar, projectile, side, record)?;
-        self.grading = grading.map(|grading| grading.through(depth, size, projectile));
-        self.layup.iter_mut().for_each(|layer| layer.grading = self.grading);
-        Ok(())
-    }
-
     /// Completes the number of plies: the sum over a layup.
     fn complete_plies(&mut self, record: &Provenance) -> Result<(), CaseError> {
         let sum: u32 = self.layup.iter().map(|layer| layer.plies).sum();
@@ -333,6 +278,58 @@ impl Pack {
             return Err(error.help("leave \"plies\" out: the layup says how many there are"));
         }
         self.plies = sum;
+        Ok(())
+    }
+}
+
+impl Case {
+    /// Completes and checks the pack.
+    pub(super) fn complete_pack(&mut self, record: &Provenance) -> Result<(), CaseError> {
+        let (common, pack, projectile, solver) = (&self.fabric, &mut self.pack, self.projectile.as_ref(), &self.solver);
+        let bar = projectile.is_some_and(|p| p.shape.is_bar());
+        let finer = solver.numerics == Numerics::Default && pack.crossovers_per_element == 1 && projectile.is_some();
+        if pack.elements_per_crossover == 0 {
+            pack.elements_per_crossover = match (finer, solver.accuracy) {
+                (false, _) => 1,
+                (true, Accuracy::Converged) => CONVERGED,
+                (true, Accuracy::Default) if bar => ALONG_A_BAR,
+                (true, Accuracy::Default) if projectile.is_some_and(|p| p.shape.is_pointed()) => UNDER_A_POINT,
+                (true, Accuracy::Default) => FINE,
+            };
+            record.derive_text("/pack/elements_per_crossover", pack.elements_per_crossover, "", false);
+        }
+        let (size, side) = ([pack.width, pack.height], pack.crossovers_along_element());
+        // Columns and rows, and the element lengths [m], of what stands at a pointer.
+        let mesh = |at: &str, fabric: &Fabric, size: [f64; 2]| {
+            let length = [&fabric.warp, &fabric.weft].map(|yarn| side * 2.0 * yarn.half_span());
+            // Finer meshes cover the same cloth: whole crossovers.
+            let count = whole_elements(at, size, length, (1.0 / side).round().max(1.0))?;
+            let how = "the size over the element length, to the nearest whole number of crossovers";
+            record.derive_text(&format!("{at}/columns"), count[0], how, false);
+            record.derive_text(&format!("{at}/rows"), count[1], how, false);
+            Ok((count, length))
+        };
+        ([pack.columns, pack.rows], [pack.element_length_x, pack.element_length_y]) = mesh("/pack", common, size)?;
+        for (index, layer) in pack.layup.iter_mut().enumerate() {
+            let at = format!("{LAYUP}/{index}");
+            layer.complete(&at, common, record)?;
+            let size = if layer.lies_across() { [size[1], size[0]] } else { size };
+            ([layer.columns, layer.rows], [layer.element_length_x, layer.element_length_y]) =
+                mesh(&at, &layer.fabric, size)?;
+        }
+        if !pack.layup.is_empty() {
+            pack.complete_plies(record)?;
+        }
+        if pack.spacing.is_none() {
+            derive_spacing(common, &pack.layup, record);
+        }
+        let thickness = pack.layup.iter().map(|layer| layer.fabric.thickness);
+        let thickest = thickness.reduce(f64::max).unwrap_or(common.thickness);
+        let depth = f64::from(pack.plies - 1) * pack.spacing.unwrap_or(thickest);
+        // A bar meets whole rows of nodes, and sends waves along the whole of the strip: its mesh is even.
+        let grading = self.graded(finer && !bar, depth, record)?;
+        self.pack.layup.iter_mut().for_each(|layer| layer.grading = grading);
+        self.pack.grading = grading;
         Ok(())
     }
 }

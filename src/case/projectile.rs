@@ -14,7 +14,7 @@ use crate::num::solid::Solid;
 const TIP_RADIUS: f64 = 0.5e-3;
 /// Largest such rounding over the diameter [-].
 const TIP_PART: f64 = 0.1;
-/// Words for both.
+/// Source of a rounding of a point that is left out.
 const ROUNDED: &str = "assumed: 0.5 mm, at most a tenth of diameter_mm and what the shape has room for";
 /// Shapes that have a length and edges.
 const LONG: [&str; 4] = ["cylinder", "cone", "ogive", "fragment"];

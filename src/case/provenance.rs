@@ -74,24 +74,24 @@ impl Provenance {
         let keys = keys(node);
         for key in &keys {
             let place = format!("{pointer}/{}", key.name);
-            let Some(value) = object.get_mut(key.name) else {
-                self.complete_key(&place, key, &keys, object);
-                continue;
-            };
-            if value.is_null() {
-                self.note(&place, "none".to_owned(), key.unit(), Origin::Read, key.text("without"));
-            } else if value.is_object() {
-                self.complete(&place, key.node, value);
-            } else if super::keys::object(key.node).is_none() || value.is_string() {
-                self.note(&place, text_of(value), key.unit(), Origin::Read, self.source(&place));
-                if let Some(number) = whole(value).filter(|_| key.node["type"] == "integer") {
-                    // 2.0 is a whole number.
-                    *value = json!(number);
+            match object.get_mut(key.name) {
+                None => self.complete_key(&place, key, &keys, object),
+                Some(Value::Null) => {
+                    self.note(&place, "none".to_owned(), key.unit(), Origin::Read, key.text("without"));
                 }
-            } else if key.name == "layup" {
-                for (index, item) in value.as_array_mut().into_iter().flatten().enumerate() {
-                    self.complete(&format!("{place}/{index}"), key.node, item);
+                Some(inside @ Value::Object(_)) => self.complete(&place, key.node, inside),
+                Some(Value::Array(items)) if key.name == "layup" => {
+                    let groups = items.iter_mut().enumerate();
+                    groups.for_each(|(index, group)| self.complete(&format!("{place}/{index}"), key.node, group));
                 }
+                Some(value) if super::keys::object(key.node).is_none() || value.is_string() => {
+                    self.note(&place, text_of(value), key.unit(), Origin::Read, self.source(&place));
+                    if let Some(number) = whole(value).filter(|_| key.node["type"] == "integer") {
+                        // 2.0 is a whole number.
+                        *value = json!(number);
+                    }
+                }
+                Some(_) => {}
             }
         }
     }
@@ -156,7 +156,7 @@ impl Provenance {
         }
     }
 
-    /// What fields recorded earlier at or below a pointer say.
+    /// Contents of the fields recorded earlier at or below a pointer.
     fn below<T>(&self, above: &str, of: impl Fn(&Field) -> T) -> Vec<T> {
         self.fields.borrow().iter().filter(|field| is_at_or_below(&field.pointer, above)).map(of).collect()
     }

@@ -161,14 +161,10 @@ fn built(document: &Value) -> Result<Case, Vec<CaseError>> {
 /// When a value that was drawn is none that its key allows, or does not go together with the others.
 pub(crate) fn realisation(case: &Case, seed: u32, shot: u32, velocity: Option<f64>) -> Result<Case, CaseError> {
     let mut document = case.as_run.clone();
-    if !document["variability"].is_object() {
-        document["variability"] = json!({});
-    }
     document["variability"]["seed"] = json!(seed);
     document["variability"]["shot"] = json!(shot);
-    let projectile = document.get_mut("projectile").and_then(Value::as_object_mut);
-    if let (Some(projectile), Some(velocity)) = (projectile, velocity) {
-        projectile.insert("velocity_m_s".to_owned(), json!(velocity));
+    if let Some(velocity) = velocity.filter(|_| case.projectile.is_some()) {
+        document["projectile"]["velocity_m_s"] = json!(velocity);
     }
     rebuilt(case, document).map_err(CaseError::first_of)
 }
@@ -263,13 +259,14 @@ fn explain(text: &str, error: &serde_json::Error) -> CaseError {
 
 /// Help for something that people write and JSON does not have.
 fn hint(token: &str) -> Option<&'static str> {
-    match token.trim_start_matches(['-', '+']).to_lowercase().as_str() {
-        "nan" | "inf" | "infinity" => Some("JSON has no NaN or Infinity; every number of a case is finite"),
-        word if word.starts_with("//") || word.starts_with("/*") || word.starts_with('#') => {
-            Some("JSON has no comments; put them under \"notes\"")
+    let word = token.trim_start_matches(['-', '+']).to_lowercase();
+    match word.chars().next() {
+        _ if ["nan", "inf", "infinity"].contains(&&*word) => {
+            Some("JSON has no NaN or Infinity; every number of a case is finite")
         }
-        word if word.starts_with('\'') => Some("JSON strings stand in double quotes"),
-        word if word.starts_with('.') || token.starts_with('+') => Some("JSON numbers begin with a digit or a minus"),
+        Some('/' | '#') => Some("JSON has no comments; put them under \"notes\""),
+        Some('\'') => Some("JSON strings stand in double quotes"),
+        first if first == Some('.') || token.starts_with('+') => Some("JSON numbers begin with a digit or a minus"),
         _ => None,
     }
 }
@@ -278,12 +275,8 @@ fn hint(token: &str) -> Option<&'static str> {
 fn token_at(text: &str, line: usize, column: usize) -> String {
     let line = text.lines().nth(line.saturating_sub(1)).unwrap_or_default();
     let part = |c: char| c.is_alphanumeric() || "+-._".contains(c);
-    let mut start = column.saturating_sub(1).min(line.len());
-    while !line.is_char_boundary(start) {
-        start -= 1;
-    }
-    let before = line[..start].chars().rev().take_while(|c| part(*c)).map(char::len_utf8).sum::<usize>();
-    let rest = &line[start - before..];
+    let at = (0..=column.saturating_sub(1).min(line.len())).rfind(|at| line.is_char_boundary(*at)).unwrap_or(0);
+    let rest = &line[line[..at].trim_end_matches(part).len()..];
     match rest.chars().next() {
         Some(first) if part(first) => rest.chars().take_while(|c| part(*c)).take(40).collect(),
         Some('/') => rest.chars().take(2).collect(),

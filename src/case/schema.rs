@@ -4,7 +4,6 @@ use serde_json::{Value, json};
 
 use super::error::text_of;
 use super::keys::{CASE, Key, expected, keys, object, walk};
-use crate::markdown;
 
 /// The case file as a JSON Schema (2020-12): keys, types, ranges, defaults, units and meaning.
 pub fn schema() -> Value {
@@ -54,10 +53,13 @@ pub fn reference() -> String {
         }
         is_new
     });
-    let row = |key: Key| vec![format!("`{}`", key.name), value(&key), left_out(&key), meaning(&key)];
+    // A bar inside a cell does not end it.
+    let cell =
+        |text: String| if text.is_empty() { "| ".to_owned() } else { format!("| {} ", text.replace('|', "\\|")) };
+    let row = |key: Key| [format!("`{}`", key.name), value(&key), left_out(&key), meaning(&key)].map(cell).concat();
     let table = |(title, node): (String, &'static Value)| {
-        let table = markdown::table(&["key", "value", "if left out", "meaning"], keys(node).into_iter().map(row));
-        format!("## {title}\n\n{table}")
+        let rows: String = keys(node).into_iter().map(|key| row(key) + "|\n").collect();
+        format!("## {title}\n\n| key | value | if left out | meaning |\n|---|---|---|---|\n{rows}")
     };
     objects.into_iter().map(table).collect::<Vec<_>>().join("\n")
 }
@@ -81,7 +83,7 @@ fn left_out(key: &Key) -> String {
     }
 }
 
-/// What a key means, and beside which others it stands.
+/// Meaning of a key, and the keys beside which it stands.
 fn meaning(key: &Key) -> String {
     let only = key.condition("only").map(|(other, values)| format!(" Only where {other} is {}.", values.join(", ")));
     let group = key.node["group"].as_str().map(|group| format!(" Exactly one gives the {group}."));

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use super::error::{number_text, percent, quote, short_number_text, text_of};
 use super::keys::choices;
 use super::provenance::Provenance;
-use super::{Along, CaseError, Motion, Origin, Pack, Projectile};
+use super::{Along, Case, CaseError, Motion, Origin};
 
 /// Coefficient of the shock viscosity.
 const VISCOSITY: f64 = 0.3;
@@ -182,25 +182,17 @@ pub(super) fn derive(document: &mut Value, record: &Provenance) {
     }
 }
 
-impl Solver {
+impl Case {
     /// Completes the end of the run.
-    pub(super) fn complete_end(
-        &mut self,
-        projectile: Option<&Projectile>,
-        pack: &Pack,
-        record: &Provenance,
-    ) -> Result<(), CaseError> {
-        let at = "/solver/end_time_us";
-        let has_outcome = projectile.is_some_and(|p| p.motion == Motion::Free) && self.run_until != RunUntil::EndTime;
+    pub(super) fn complete_end(&mut self, record: &Provenance) -> Result<(), CaseError> {
+        let (at, until_end) = ("/solver/end_time_us", self.solver.run_until == RunUntil::EndTime);
+        let has_outcome = self.projectile.as_ref().is_some_and(|p| p.motion == Motion::Free) && !until_end;
         if !has_outcome && !record.has(at) {
             let error = CaseError::at(at, "the end of the run", "nothing");
             return Err(error.help("no outcome ends this run: it has no free projectile, or run_until is \"end_time\""));
         }
-        let spans = match pack.layup.is_empty() {
-            true => pack.edges.span(),
-            false => pack.layup.iter().any(|layer| layer.edges.span()),
-        };
-        record.fill(at, &mut self.end_time, if spans { LONGEST } else { LONGEST_LOOSE }, "", false);
+        let longest = if self.layers().iter().any(|layer| layer.edges.span()) { LONGEST } else { LONGEST_LOOSE };
+        record.fill(at, &mut self.solver.end_time, longest, "", false);
         Ok(())
     }
 }
@@ -240,7 +232,7 @@ pub struct Expect {
     pub known_difference: Option<String>,
 }
 
-/// What is expected.
+/// Expected word, value or range.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Bound {
@@ -299,33 +291,33 @@ enum Tolerance {
 
 impl BoundKeys {
     fn bound(&self, at: &str) -> Result<Bound, CaseError> {
-        let refused =
-            |key: &str, expected: &str, found: &str| Err(CaseError::at(format!("{at}{key}"), expected, found));
         let is_ranged = self.min.is_some() || self.max.is_some();
-        let tolerance = match &self.tolerance {
+        let given = match &self.tolerance {
             Some(Tolerance::Absolute(number)) => number_text(*number),
             Some(Tolerance::Percent(text)) => quote(text),
             None => "nothing".to_owned(),
         };
-        match (&self.value, &self.tolerance) {
-            (Some(_), _) if is_ranged => refused("/value", "either \"value\" or \"min\" and \"max\"", "both"),
-            (Some(NumberOrWord::Word(word)), None) => Ok(Bound::Word(word.clone())),
-            (Some(NumberOrWord::Word(_)), _) => refused("/tolerance", "no tolerance with a word as value", &tolerance),
+        let (key, expected, found) = match (&self.value, &self.tolerance) {
+            (Some(_), _) if is_ranged => ("/value", "either \"value\" or \"min\" and \"max\"", "both"),
+            (Some(NumberOrWord::Word(word)), None) => return Ok(Bound::Word(word.clone())),
+            (Some(NumberOrWord::Word(_)), Some(_)) => ("/tolerance", "no tolerance with a word as value", &*given),
+            (Some(NumberOrWord::Number(_)), None) => {
+                ("/tolerance", "a tolerance with a number as value, absolute or like \"1%\"", &*given)
+            }
             (&Some(NumberOrWord::Number(value)), Some(Tolerance::Absolute(tolerance))) => {
-                Ok(Bound::Value { value, tolerance: *tolerance })
+                return Ok(Bound::Value { value, tolerance: *tolerance });
             }
             (&Some(NumberOrWord::Number(value)), Some(Tolerance::Percent(text))) => {
-                Ok(Bound::Value { value, tolerance: percent(text).unwrap_or_default() * value.abs() })
+                return Ok(Bound::Value { value, tolerance: percent(text).unwrap_or_default() * value.abs() });
             }
-            (Some(NumberOrWord::Number(_)), None) => {
-                refused("/tolerance", "a tolerance with a number as value, absolute or like \"1%\"", &tolerance)
-            }
-            (None, Some(_)) => refused("/tolerance", "no tolerance without \"value\"", &tolerance),
-            (None, None) if !is_ranged => refused("", "\"value\", \"min\" or \"max\"", "none of them"),
+            (None, Some(_)) => ("/tolerance", "no tolerance without \"value\"", &*given),
+            (None, None) if !is_ranged => ("", "\"value\", \"min\" or \"max\"", "none of them"),
             (None, None) => {
-                Ok(Bound::Range { min: self.min.unwrap_or(f64::NEG_INFINITY), max: self.max.unwrap_or(f64::INFINITY) })
+                let (min, max) = (self.min.unwrap_or(f64::NEG_INFINITY), self.max.unwrap_or(f64::INFINITY));
+                return Ok(Bound::Range { min, max });
             }
-        }
+        };
+        Err(CaseError::at(format!("{at}{key}"), expected, found))
     }
 }
 

@@ -1,10 +1,10 @@
 //! The command line: its commands, arguments that several of them have, values of options, and cases from files and standard input.
 
-use std::fs::File;
-use std::io::{self, Read};
+use std::io;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
+use clap::builder::RangedU64ValueParser;
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 use ripstop::case::{self, Case, CaseError};
 use ripstop::num::link::Link;
@@ -18,8 +18,6 @@ use super::failure::CommandFailure;
 use super::new::NewArguments;
 use super::run::{ResumeArguments, RunArguments};
 
-/// Size of a case or fabric at most [bytes].
-const MAX_BYTES: u64 = 1 << 20;
 /// Largest stretch that is solved.
 const MAX_STRETCH: f64 = 2.0;
 /// Values in a range at most.
@@ -88,7 +86,7 @@ pub(crate) struct BackendArguments {
     #[arg(long, value_name = "NAME|INDEX")]
     pub(crate) adapter: Option<String>,
     /// Worker threads [default: all cores]; results do not depend on it
-    #[arg(long, value_name = "N", value_parser = threads)]
+    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
     pub(crate) threads: Option<usize>,
 }
 
@@ -151,11 +149,7 @@ pub(crate) struct BatchArguments {
   ripstop shots shot.json --count 1000 --velocity 150..250 -o out/limit --resume     # after Ctrl-C, kill or a full disk
   ripstop shots shot.json --velocity 150..250 -o out/limit --only 17                 # shot 17 alone, with its report
 
-What varies from shot to shot stands in /variability of the case; without it only the velocity does. A shot is a function of \
-case, seed and number: it does not depend on the others.
-
-DIR gets shots.csv (a row for each shot, appended as shots end; `ripstop fit` reads it), shots.json (the fit), shots.html and \
-plan.json.")]
+What varies from shot to shot stands in /variability of the case. DIR gets shots.csv, which `ripstop fit` reads, shots.json and shots.html.")]
 pub(crate) struct ShotsArguments {
     /// Shots
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000), required_unless_present = "only")]
@@ -190,11 +184,7 @@ pub(crate) struct ThresholdArguments {
   ripstop v50 cases/s720-1ply-scatter.json --until-width 3% -o out/limit
   ripstop v50 shot.json --json | jq .v50_m_s
 
-Every realisation of the case (same fabric, same hit) is shot at other velocities until its own threshold is known. What varies \
-stands in /variability; in a case without it there is one threshold. The interval holds sampling, mesh and time step, and says \
-what part each has.
-
-DIR gets v50.json, v50.csv (a row for each shot), v50-refined.csv (those on the converged mesh), v50.html and plan.json.")]
+What varies from shot to shot stands in /variability of the case. DIR gets v50.json, v50.csv, v50-refined.csv and v50.html.")]
 pub(crate) struct V50Arguments {
     #[command(flatten)]
     pub(crate) thresholds: ThresholdArguments,
@@ -212,10 +202,7 @@ pub(crate) struct V50Arguments {
   ripstop sweep shot.json --over /pack/plies=1,2,4,8 --over /projectile/velocity_m_s=100..300:20
   ripstop sweep shot.json --over /pack/plies=1,2,4,8 --run v50 -o out/limits
 
-Values are a list or a range with a step (A..B:STEP). Every case is read and checked before the first is computed.
-
-DIR gets sweep.csv (a row for each point), sweep.html (lines over the first key), sweep.json, plan.json, and in points/ what \
-`ripstop shots` or `ripstop v50` writes.")]
+DIR gets sweep.csv, sweep.html, sweep.json, and in points/ what `ripstop shots` or `ripstop v50` writes.")]
 pub(crate) struct SweepArguments {
     /// A key and its values; may be given again
     #[arg(long, value_name = "/POINTER=VALUES", required = true)]
@@ -244,11 +231,8 @@ pub(crate) enum SweepKind {
   ripstop fit shots.csv --link logit --level 95% -o out/limit
   ripstop fit shots.csv --json | jq '.quantiles[] | select(.p == 0.5)'
 
-DATA.csv has a heading and the columns velocity_m_s and perforated (1 where the projectile passed, 0 where it was \
-stopped), and if wanted count (shots that were alike) and residual_velocity_m_s. Other columns are left alone.
-
-Without a stop that was faster than a perforation the likelihood has no maximum: the estimate is then the one with Firth's \
-penalty, and says so. DIR gets fit.json, fit.svg and fit.html.")]
+DATA.csv has the columns velocity_m_s and perforated (1 where the projectile passed, 0 where it was stopped), and if wanted count \
+(shots that were alike) and residual_velocity_m_s.")]
 pub(crate) struct FitArguments {
     /// CSV of shots
     #[arg(value_name = "DATA.csv")]
@@ -259,7 +243,7 @@ pub(crate) struct FitArguments {
     /// Two-sided confidence of the intervals, such as 0.9 or 95%
     #[arg(long, value_name = "LEVEL", value_parser = level, default_value = "0.9", allow_hyphen_values = true)]
     pub(crate) level: f64,
-    /// Folder for fit.json, fit.svg and fit.html [default: none is written]
+    /// Folder for fit.json and fit.html [default: none is written]
     #[arg(long, short, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     #[command(flatten)]
@@ -280,7 +264,7 @@ impl<'a> Source<'a> {
         if path != Path::new("-") {
             return Ok(Self::File(path));
         }
-        let text = limited(io::stdin());
+        let text = io::read_to_string(io::stdin());
         text.map(Self::Piped).map_err(|error| CommandFailure::expected("standard input", "a case", error))
     }
 
@@ -295,27 +279,10 @@ impl<'a> Source<'a> {
     }
 }
 
-/// Text of a file.
-pub(crate) fn text(path: &str) -> io::Result<String> {
-    limited(File::open(path)?)
-}
-
-/// Text of a reader that may have no end.
-fn limited(reader: impl Read) -> io::Result<String> {
-    let mut text = String::new();
-    reader.take(MAX_BYTES + 1).read_to_string(&mut text)?;
-    if text.len() as u64 > MAX_BYTES { Err(io::Error::other("more than 1 MiB")) } else { Ok(text) }
-}
-
 /// A number that fits.
 fn number(text: &str, expected: &str, fits: impl Fn(f64) -> bool) -> Result<f64, String> {
     let number = text.trim().parse().ok().filter(|number| fits(*number));
     number.ok_or_else(|| format!("expected {expected}, found {text:?}"))
-}
-
-fn threads(text: &str) -> Result<usize, String> {
-    let fits = |count: f64| count.fract() == 0.0 && (1.0..=1024.0).contains(&count);
-    number(text, "a number of threads from 1 to 1024", fits).map(|count| count as usize)
 }
 
 /// A number above 0, or a percentage with its sign, as a fraction up to `most`.

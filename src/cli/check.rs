@@ -210,29 +210,25 @@ const EXITS: [[&str; 4]; 5] = [
     [
         "0",
         "done",
-        "The command did what was asked; of a run, every expectation of the case holds. Warnings do not change the code.",
+        "Every expectation of the case holds. Warnings do not change the code.",
         "Nothing. `summary.json` lists the warnings.",
     ],
     [
         "1",
         "an expectation failed or the run became unstable",
-        "An `expect` of the case does not hold, a row of `verify` fails, or a run made numbers that cannot be: not finite, or energy \
-         that was never put in. The message says which, with step, kernel and place. Results up to there are written.",
-        "Expectation: compare what was expected with what was got. Unstable: lower /solver/courant; if that does not \
-         help, something in the case is extreme, and the place in the message shows where to look.",
+        "An `expect` of the case does not hold, a row of `verify` fails, or a run made numbers that cannot be. Results up to there are written.",
+        "Compare what was expected with what was got. Unstable: lower /solver/courant, and look at the place in the message.",
     ],
     [
         "2",
         "bad input or usage",
-        "The command line, the case or one of its files cannot be used, or results cannot be written. Nothing was computed, \
-         or nothing could be kept.",
+        "The command line, the case or one of its files cannot be used, or results cannot be written.",
         "Do what the `help:` line of the message says. `ripstop check CASE` shows every field, `ripstop schema` every key.",
     ],
     [
         "3",
         "no device for what was asked, or one that failed",
-        "No graphics adapter suits, the case does not fit its memory, or the device was lost on the way; then results up \
-         to there are written.",
+        "No graphics adapter suits, the case does not fit its memory, or the device was lost; then results up to there are written.",
         "Take --backend cpu. `ripstop info CASE` lists adapters and what the case needs.",
     ],
     [
@@ -252,7 +248,8 @@ pub(crate) fn explain(arguments: &ExplainArguments) -> Result<(), CommandFailure
             .map(|kind| (format!("{} {}", terminal::caution(kind.code), kind.name), kind.measured.to_owned()));
         let [exits, kinds] = [exits, TextTable::pairs(kinds)].map(|table| table.to_string());
         let help = "\n`ripstop explain CODE` says what one means and what to do.\n";
-        return terminal::print(&format!("{}{}{help}", part("exit codes", &exits), part("warnings", &kinds)));
+        let text = part("exit codes", &exits) + &part("warnings", &kinds) + help;
+        return terminal::print(text.trim_start());
     };
     let is_it = |word: &str| word.eq_ignore_ascii_case(code);
     let (title, parts) = if let Some([_, name, means, help]) = EXITS.iter().find(|exit| is_it(exit[0])) {
@@ -266,7 +263,7 @@ pub(crate) fn explain(arguments: &ExplainArguments) -> Result<(), CommandFailure
         return Err(failure.help("`ripstop explain` lists what they mean"));
     };
     let parts = parts.into_iter().map(|(name, text)| (name, text.to_owned()));
-    terminal::print(part(&title, &TextTable::pairs(parts).to_string()).trim_start_matches('\n'))
+    terminal::print(part(&title, &TextTable::pairs(parts).to_string()).trim_start())
 }
 
 /// Solves and prints the grid.
@@ -309,18 +306,10 @@ fn csv_text(points: &[CurvePoint]) -> String {
 
 fn table_text(fabric: &Fabric, law: CurveLaw, points: &[CurvePoint]) -> String {
     let heads = ["Λ warp", "Λ weft", "T warp N", "T weft N", "F N", "h warp mm", "h weft mm", "ε warp", "ε weft"];
-    let mut table = TextTable::plain(&[&[Align::Right; 9][..], &[Align::Left]].concat());
+    let mut table = TextTable::plain(&[Align::Right; 9]);
     table.row(heads);
     for point in points {
-        let broken = [0, 1].map(|yarn| point.is_broken(fabric, yarn));
-        let note = match broken {
-            [true, true] => "beyond failure of both",
-            [true, false] => "beyond failure of the warp",
-            [false, true] => "beyond failure of the weft",
-            _ => "",
-        };
-        let numbers = point.numbers().map(|(_, number)| short(number, 6));
-        table.row(numbers.into_iter().take(heads.len()).chain([note.to_owned()]));
+        table.row(point.numbers().into_iter().take(heads.len()).map(|(_, number)| short(number, 6)));
     }
     format!("{}, {} law\n\n{table}", fabric.name, word(law))
 }

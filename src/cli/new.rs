@@ -1,14 +1,14 @@
 //! `ripstop new`: a case to start from. Known fabrics and projectiles stand in `presets.json`.
 
-use std::io::Write as _;
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use ripstop::{case, output};
+use ripstop::case;
 use serde_json::{Map, Number, Value, json};
 
 use super::failure::CommandFailure;
-use super::{arguments, terminal};
+use super::terminal;
 
 /// File beside every new case, for editors.
 const SCHEMA: &str = "ripstop.schema.json";
@@ -28,8 +28,7 @@ const NOTES: &str = "Lengths in mm, masses in g, times in us; every key ends in 
   ripstop new shot.json --fabric twaron-ct709 --plies 4 --projectile fsp-22 --velocity 350
   ripstop new shot.json --fabric my-fabric.json --projectile sphere:6.35 --velocity 300
 
-FILE holds every value with its source, and names ripstop.schema.json, written beside it: editors that know JSON Schema complete \
-and check as you type. --fabric and --projectile without a known name list what there is.")]
+--fabric and --projectile without a known name list what there is.")]
 pub(crate) struct NewArguments {
     /// Case file to write
     #[arg(value_name = "FILE")]
@@ -83,8 +82,10 @@ pub(crate) fn new(arguments: &NewArguments) -> Result<(), CommandFailure> {
     let name = file.display().to_string();
     let folder = file.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
     case::from_text(&name, &text, folder, &[])?;
-    write(folder, &folder.join(SCHEMA), &format!("{:#}\n", case::schema()))?;
-    write(folder, file, &text)?;
+    for (path, text) in [(&folder.join(SCHEMA), format!("{:#}\n", case::schema())), (file, text)] {
+        let refused = |error| CommandFailure::expected(path.display(), "a file that can be written", error);
+        fs::write(path, text).map_err(refused)?;
+    }
     terminal::print(&format!(
         "{name}: {title}\n  ripstop check {name}   every value, with its source; assumed ones marked\n  \
          ripstop run {name}     the shot, until its outcome is known\n",
@@ -142,7 +143,7 @@ fn solid(given: &str) -> Option<Projectile> {
 fn read_fabric(given: &str) -> Result<Projectile, CommandFailure> {
     let text = match case::builtin_fabric(&format!("fabrics/{given}.json")) {
         Some(text) => text.to_owned(),
-        None => arguments::text(given)
+        None => fs::read_to_string(given)
             .map_err(|error| unknown("--fabric", given, &format!("or a file with the keys of a fabric ({error})")))?,
     };
     let wrong = |found: String| CommandFailure::expected(given, "an object with the keys of a fabric", found);
@@ -155,11 +156,4 @@ fn read_fabric(given: &str) -> Result<Projectile, CommandFailure> {
         sources.insert(format!("/fabric{pointer}"), text.clone());
     }
     Ok((name, fabric, sources))
-}
-
-/// Writes a file whole or not at all.
-fn write(folder: &Path, path: &Path, text: &str) -> Result<(), CommandFailure> {
-    let staged = output::temporary(folder).and_then(|mut file| file.write_all(text.as_bytes()).map(|()| file));
-    let put = staged.and_then(|file| file.persist(path).map_err(|error| error.error));
-    put.map(drop).map_err(|error| CommandFailure::expected(path.display(), "a file that can be written", error))
 }

@@ -99,7 +99,8 @@ fn trust(checks: &[Check], summary: &Value) -> String {
     let assumed: Vec<&str> = summary["assumed"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
     let rows = checks.iter().map(|check| (check.name, check.value.clone()));
     let table = TextTable::pairs(rows.chain([("assumed parameters", assumed.len().to_string())]));
-    part("trust", &format!("{table}  {}", assumed.join(", ")))
+    let pointers: String = assumed.chunks(3).map(|some| format!("  {}\n", some.join(", "))).collect();
+    part("trust", &format!("{table}{pointers}"))
 }
 
 fn expectations(summary: &Value) -> String {

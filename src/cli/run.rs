@@ -20,7 +20,8 @@ use tracing::{info, warn};
 
 use super::arguments::{BackendArguments, BackendChoice, PrintArguments, Source, interval};
 use super::failure::CommandFailure;
-use super::{backend, result, terminal};
+use super::terminal::{self, say};
+use super::{backend, result};
 
 /// `ripstop run`
 #[derive(Args, Debug, Default)]
@@ -31,9 +32,7 @@ use super::{backend, result, terminal};
   ripstop run shot.json --checkpoint-every 10     # then, after a crash: ripstop resume out/shot
   ripstop run shot.json --set '/pack/edges={\"left\":\"free\"}' --json | jq .residual_velocity_m_s
 
-DIR gets report.html (open it in a browser: verdict, trust, figures, playback), summary.json, \
-history.csv, events.csv, case.json (the case as run), shot.svg (a picture), plies.csv of a pack, \
-profiles.csv where the case asks for profiles, and frames.pvd where there are frames. \
+DIR gets report.html (open it in a browser), summary.json, history.csv, events.csv, case.json (the case as run), shot.svg and more. \
 The first Ctrl-C writes them up to that moment, the second ends at once.")]
 pub(crate) struct RunArguments {
     /// Case files, run one after the other; - is standard input
@@ -94,9 +93,7 @@ pub(crate) enum Skip {
   ripstop run shot.json --checkpoint-every 10
   ripstop resume out/shot
 
-The case, the backend, its number type and the skips are those of the run; so are all files, to the last bit, but
-for the time it took. Frames of the run so far lie in DIR/checkpoint.frames until it ends. The case in DIR must be the one that the run \
-began with. A run that has ended is left as it is.")]
+All files are those of an uninterrupted run, to the last bit, but for the time it took.")]
 pub(crate) struct ResumeArguments {
     /// Folder of the run
     #[arg(value_name = "DIR")]
@@ -146,10 +143,9 @@ pub(crate) fn shoot(
     for warning in case_warnings(case) {
         warn!(code = warning.kind.code, "{}", warning.message);
     }
-    let chosen = backend::choose(&arguments.backend, BackendChoice::Auto, arguments.precision)?;
+    let chosen = backend::choose(&arguments.backend, BackendChoice::Auto, arguments.precision, &arguments.print)?;
     let folder = Folder::prepare(out, case)?;
     case.notes.iter().for_each(|note| say(&arguments.print, &format!("note: {note}")));
-    chosen.note.iter().for_each(|note| say(&arguments.print, note));
     if out.join(CHECKPOINT).exists() {
         let words = "holds a checkpoint, which this run replaces; `ripstop resume";
         say(&arguments.print, &format!("note: {0} {words} {0}` would go on from it", out.display()));
@@ -170,7 +166,7 @@ pub(crate) fn shoot(
     };
     let (mut run, mut observer) = attempt(options);
     if let (Err(RunError::Device(error)), None | Some(BackendChoice::Auto)) = (&run, arguments.backend.backend) {
-        say(&arguments.print, &backend::took_cpu(&error.to_string()));
+        backend::took_cpu(&arguments.print, &error.to_string());
         (run, observer) = attempt(options.device(None::<&ripstop::Device>));
     }
     terminal::end_bar();
@@ -230,13 +226,6 @@ fn nothing_to_resume(folder: &Path, print: &PrintArguments) -> Result<(), Comman
     let expected = format!("a folder with a checkpoint, {CHECKPOINT}");
     let help = "`ripstop run CASE.json --checkpoint-every US` leaves them";
     Err(CommandFailure::expected(folder.display(), expected, "none").help(help))
-}
-
-/// Says something beside the result, unless nothing is wanted.
-fn say(print: &PrintArguments, note: &str) {
-    if !print.quiet {
-        terminal::complain(note);
-    }
 }
 
 /// Writes and prints the results of a run. `wall_seconds`: time of all commands together [s].

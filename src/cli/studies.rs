@@ -33,7 +33,7 @@ const COUNT: u32 = 64;
 /// Realisations that are shot on the converged mesh too: of a case in which nothing varies, and of others.
 const REFINED: [u32; 2] = [1, 4];
 /// Files of `ripstop fit`.
-const FIT_FILES: [&str; 3] = ["fit.json", "fit.svg", "fit.html"];
+const FIT_FILES: [&str; 2] = ["fit.json", "fit.html"];
 /// Rows of a table at most.
 const MAX_ROWS: usize = 60;
 
@@ -108,7 +108,7 @@ pub(crate) fn fit(arguments: &FitArguments) -> Result<(), CommandFailure> {
     if let Some(out) = &arguments.out {
         let folder = Folder::prepare_for(out, &FIT_FILES, &[&arguments.data])?;
         let page = report.html(&format!("Ballistic limit: {title}"), "fit.json");
-        let texts = [format!("{json:#}\n"), report.svg(&title), page];
+        let texts = [format!("{json:#}\n"), page];
         folder.put(&FIT_FILES.into_iter().zip(texts).collect::<Vec<_>>(), &FIT_FILES)?;
         printed += &files(out, &FIT_FILES);
     }
@@ -179,8 +179,7 @@ impl<'a> Study<'a> {
         work: impl FnOnce(&BatchOptions<'_>, &Folder) -> Result<(Value, Report), BatchError>,
     ) -> Result<(), CommandFailure> {
         let (arguments, out) = (self.arguments, self.out());
-        let chosen = backend::choose(&arguments.backend, BackendChoice::Cpu, arguments.precision)?;
-        chosen.note.iter().filter(|_| !arguments.print.quiet).for_each(|note| terminal::complain(note));
+        let chosen = backend::choose(&arguments.backend, BackendChoice::Cpu, arguments.precision, &arguments.print)?;
         let folder = Folder::prepare_for(&out, self.files, &[self.case.path.as_path()])?;
         terminal::begin_bar(&arguments.print);
         let show = |BatchProgress { done, of }: BatchProgress| terminal::show_count(done, of, units);

@@ -51,6 +51,13 @@ pub(crate) fn complain(message: &str) {
     BAR.suspend(|| drop(writeln!(io::stderr().lock(), "{}", lines.join("\n"))));
 }
 
+/// Says something beside the result, unless nothing is wanted.
+pub(crate) fn say(print_as: &PrintArguments, note: &str) {
+    if !print_as.quiet {
+        complain(note);
+    }
+}
+
 /// Prints a result as JSON or as text for people, or with `quiet` alone not at all.
 pub(crate) fn show(
     print_as: &PrintArguments,

@@ -40,8 +40,6 @@ pub struct DeviceStepper<'a> {
     pub(crate) running: Vec<usize>,
     pub(super) staging: [wgpu::Buffer; IN_FLIGHT],
     pub(super) submitted: usize,
-    /// Dispatches sent off.
-    pub(crate) dispatches: u64,
     common: Common,
     /// In the order of a step.
     step: Vec<Dispatch>,
@@ -134,7 +132,6 @@ impl<'a> DeviceStepper<'a> {
             running: Vec::new(),
             staging,
             submitted: 0,
-            dispatches: 0,
             common,
             step,
             events_read: vec![0; sizes.shots as usize],
@@ -184,11 +181,6 @@ impl<'a> DeviceStepper<'a> {
     fn dispatches_of(&self, info: &StepInfo) -> impl Iterator<Item = &Dispatch> {
         let sampled = info.slot.is_some();
         self.step.iter().filter(move |dispatch| dispatch.sampled.is_none_or(|only| only == sampled))
-    }
-
-    /// Number of dispatches of a step.
-    pub(crate) fn dispatch_count(&self, info: &StepInfo) -> u64 {
-        self.dispatches_of(info).count() as u64
     }
 
     /// Records a stage of the step at a place of the batch.

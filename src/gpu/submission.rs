@@ -75,7 +75,6 @@ impl DeviceStepper<'_> {
                 }
             }
         }
-        self.dispatches += steps.iter().map(|info| self.dispatch_count(info)).sum::<u64>();
         let window = |shot: &usize| {
             let first = self.events_read[*shot];
             EventWindow { shot: *shot, first, count: EVENT_WINDOW.min(2 * self.sizes.elements - first) }

@@ -60,12 +60,6 @@ impl CurvePoint {
             ("residual", cell.residual),
         ]
     }
-
-    /// Whether warp (0) or weft (1) is strained beyond failure.
-    pub fn is_broken(&self, fabric: &Fabric, yarn: usize) -> bool {
-        let limit = [&fabric.warp, &fabric.weft][yarn];
-        limit.present && self.cell.strain[yarn] >= limit.failure_strain
-    }
 }
 
 /// Every pair of these stretches with the fabric's own law, each solved from the heights at rest, so that none depends on another.

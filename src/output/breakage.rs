@@ -33,11 +33,6 @@ impl Breakage {
         self.at_hit + self.at_edges + self.elsewhere
     }
 
-    /// Whether more broke at the edges than at the hit, so far as it decides.
-    pub fn tore_off(&self) -> bool {
-        self.torn_off > self.at_hit
-    }
-
     /// Broken yarns of a run of a case.
     pub fn of(case: &Case, run: &Run) -> Self {
         let layers = case.layers();

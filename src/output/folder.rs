@@ -214,11 +214,6 @@ impl Folder {
         Ok(names)
     }
 
-    /// Makes the folder that of a run which will leave checkpoints: the case is there, nothing of an earlier run is.
-    pub(crate) fn begin(&self, case: &Case) -> Result<(), OutputError> {
-        self.put(&[(CASE, pretty(&case.as_run))], &FILES).map(drop)
-    }
-
     /// Puts frames in place of those of an earlier run; whether there are any.
     fn place_frames(&self, staged: &StagedFrames) -> io::Result<bool> {
         let folder = self.path.join(FRAMES);
@@ -243,12 +238,6 @@ impl Folder {
         }
         write_whole(&self.path.join(PVD), |file| file.write_all(staged.list.as_bytes()))?;
         Ok(true)
-    }
-
-    /// Writes a file piece by piece; it takes the place of an older one once it is complete.
-    pub(crate) fn replace(&self, name: &str, write: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<()> {
-        self.check_identity().map_err(|error| io::Error::other(error.found))?;
-        write_whole(&self.path.join(name), write).and_then(|()| self.flush())
     }
 
     /// Removes the checkpoint of a run that has ended, or of one whose results are no longer here, with its frames.
@@ -347,8 +336,11 @@ impl<'a> CheckpointWriter<'a> {
         let head = Header { spent: self.spent(loop_seconds), ..self.head.clone() };
         let (time, folder) = (run.clock()[0], self.folder);
         self.tried = time;
-        let write =
-            || folder.replace(CHECKPOINT, |file| run.save(&head, followed, file)).map_err(|error| error.to_string());
+        let write = || {
+            folder.check_identity().map_err(|error| error.found)?;
+            let written = write_whole(&folder.path.join(CHECKPOINT), |file| run.save(&head, followed, file));
+            written.and_then(|()| folder.flush()).map_err(|error| error.to_string())
+        };
         if let Err(reason) = self.begin().and_then(|()| write()) {
             let last = self.kept.map_or_else(
                 || "there is none so far".to_owned(),
@@ -362,13 +354,14 @@ impl<'a> CheckpointWriter<'a> {
         Ok(())
     }
 
-    /// Makes the folder that of this run: files of an earlier one go.
+    /// Makes the folder that of this run: its case is there, nothing of an earlier run is.
     ///
     /// # Errors
     /// When the disk refuses.
     pub fn begin(&mut self) -> Result<(), String> {
         if !self.begun {
-            self.folder.begin(self.case).map_err(|error| error.found)?;
+            let case = [(CASE, pretty(&self.case.as_run))];
+            self.folder.put(&case, &FILES).map_err(|error| error.found)?;
             self.begun = true;
         }
         Ok(())
@@ -400,7 +393,7 @@ fn hold(path: &Path) -> io::Result<Option<Handle>> {
 ///
 /// # Errors
 /// Where the folder cannot be written.
-pub fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
+fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(UNFINISHED[0]).suffix(UNFINISHED[1]);
     #[cfg(unix)]
@@ -428,7 +421,7 @@ fn remove_unfinished(folder: &Path) -> io::Result<()> {
         let entry = entry?;
         let name = entry.file_name().to_string_lossy().into_owned();
         if name.starts_with(UNFINISHED[0]) && name.ends_with(UNFINISHED[1]) {
-            fs::remove_file(entry.path())?;
+            remove(&entry.path())?; // another run may try the folder meanwhile
         }
     }
     Ok(())

@@ -27,8 +27,6 @@ pub mod warnings;
 pub use animation::{AnimatedPly, Animation, Keyframe};
 pub use breakage::Breakage;
 pub use expect::check;
-#[doc(hidden)]
-pub use folder::temporary;
 pub use folder::{CHECKPOINT, CheckpointWriter, Folder, OutputError, StagedFrames};
 pub use summary::{Energies, Verdict, absorbed_energy, costs, flies_freely, residual_velocity, summary, verdict};
 #[doc(hidden)]

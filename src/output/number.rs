@@ -40,14 +40,8 @@ pub fn us(time: f64) -> String {
 /// A whole number in groups of three.
 pub fn grouped(count: u64) -> String {
     let digits = count.to_string();
-    let mut text = String::new();
-    for (at, digit) in digits.chars().enumerate() {
-        if at > 0 && (digits.len() - at).is_multiple_of(3) {
-            text.push(' ');
-        }
-        text.push(digit);
-    }
-    text
+    let groups = digits.as_bytes().rchunks(3).rev().map(String::from_utf8_lossy);
+    groups.collect::<Vec<_>>().join(" ")
 }
 
 /// Bytes in the unit that suits.

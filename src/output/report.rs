@@ -105,14 +105,10 @@ fn numbers(case: &Case, run: &Run) -> Vec<(&'static str, String, String)> {
     if let (Some(projectile), Some(left)) = (&case.projectile, residual_velocity(case, run)) {
         let name = if run.outcome == Outcome::Perforated { "leaves at" } else { "velocity left" };
         let struck = format!("of {} m/s", short(projectile.velocity, 4));
-        let more = [("rebound velocity", run.rebound_velocity), ("carried along at", run.carried_velocity)];
-        let more = more.into_iter().filter_map(|(name, speed)| Some((name, speed?)));
-        all.extend(
-            [(name, left)]
-                .into_iter()
-                .chain(more)
-                .map(|(name, v)| (name, format!("{} m/s", short(v, 3)), struck.clone())),
-        );
+        let speed = |name, v| (name, format!("{} m/s", short(v, 3)), struck.clone());
+        all.push(speed(name, left));
+        all.extend(run.rebound_velocity.map(|v| speed("rebound velocity", v)));
+        all.extend(run.carried_velocity.map(|v| speed("carried along at", v)));
     }
     if run.impact_energy > 0.0 {
         let absorbed = absorbed_energy(run);

@@ -65,33 +65,10 @@ impl PreparedShot {
     }
 }
 
-/// Use of a device by shots.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct DeviceUse {
-    /// Shots computed.
-    pub shots: u64,
-    /// Dispatches.
-    pub dispatches: u64,
-    /// Most shots that there was room for at a time.
-    pub room: u64,
-    /// Memory of that batch on the device [bytes].
-    pub bytes: u64,
-}
-
-impl DeviceUse {
-    /// Sum with the use by other shots.
-    #[must_use]
-    pub fn with(self, other: Self) -> Self {
-        let larger = if other.room >= self.room { other } else { self };
-        Self { shots: self.shots + other.shots, dispatches: self.dispatches + other.dispatches, ..larger }
-    }
-}
-
 /// Pipelines and buffers for batches of shots that are computed together.
 pub struct DeviceBatch<'a> {
     common: Vec<u8>,
     simulation: DeviceSimulation<'a>,
-    shots: u64,
 }
 
 impl<'a> DeviceBatch<'a> {
@@ -103,20 +80,22 @@ impl<'a> DeviceBatch<'a> {
         let stepper = DeviceStepper::with_sources(device, &shot.model, room, &Kernel::source)?;
         debug!(adapter = device.name(), shots = room, bytes = stepper.sizes().planned(), "room for a batch of shots");
         let state = State::new(&shot.case, &shot.model);
-        let simulation = DeviceSimulation::of(stepper, Vec::new(), state);
-        Ok(Self { common: shot.common.clone(), simulation, shots: 0 })
+        Ok(Self { common: shot.common.clone(), simulation: DeviceSimulation::of(stepper, Vec::new(), state) })
     }
 
     /// Whether it has room for `count` shots like this one.
     pub fn takes(&self, shot: &PreparedShot, count: usize) -> bool {
-        self.common == shot.common && count as u64 <= self.simulation.stepper.sizes().shots
+        self.common == shot.common && count as u64 <= self.room()
     }
 
-    /// Use of the device so far.
-    pub fn device_use(&self) -> DeviceUse {
-        let sizes = self.simulation.stepper.sizes();
-        let dispatches = self.simulation.stepper.dispatches;
-        DeviceUse { shots: self.shots, dispatches, room: sizes.shots, bytes: sizes.planned() }
+    /// Most shots that there is room for at a time.
+    pub fn room(&self) -> u64 {
+        self.simulation.stepper.sizes().shots
+    }
+
+    /// Memory that it takes on the device [bytes].
+    pub fn bytes(&self) -> u64 {
+        self.simulation.stepper.sizes().planned()
     }
 
     /// Computes shots that it takes. `ended` gets the run of each, with its place among them, as soon as it has ended; false ends the others,
@@ -144,7 +123,6 @@ impl<'a> DeviceBatch<'a> {
                     continue;
                 }
                 *reported = true;
-                self.shots += 1;
                 if !ended(number, &self.simulation.run_of(number, start.elapsed().as_secs_f64())) {
                     return Ok(false);
                 }

@@ -14,7 +14,7 @@ use crate::case::Case;
 use crate::model::{Model, ModelError};
 use crate::physics::rigid_body::RigidBody;
 use crate::solver::state::{ActiveRegion, State};
-use crate::solver::{self, Phase, StepTotals, Stepper, StepperState, Stopwatch};
+use crate::solver::{self, Phase, Stepper, StepperState, Stopwatch};
 
 /// A run in progress on the processor.
 pub struct Simulation<S: RunScalar> {
@@ -79,16 +79,6 @@ impl<S: RunScalar> Simulation<S> {
         Backend::advance(self, case, &mut ())
     }
 
-    /// Ends a run whose numbers are no longer finite, or whose energy was never put in: kinetic, or at a sample of all kinds.
-    fn check_energy(&mut self, totals: &StepTotals, sample: bool) {
-        if self.record.run.divergence.is_none() {
-            let kinetic = totals.kinetic + solver::energy_balance::flying(self.state.body.as_ref());
-            if let Some(excess) = solver::energy_balance::excess(&self.record.balance, kinetic, sample) {
-                self.record.diagnose(&self.model, &self.state, excess);
-            }
-        }
-    }
-
     /// Results. `loop_seconds`: time spent in the loop [s].
     pub fn into_run(self, loop_seconds: f64) -> Run {
         Run {
@@ -129,7 +119,12 @@ impl<S: RunScalar> Backend for Simulation<S> {
             }
         }
         self.sampled = sample;
-        self.check_energy(&totals, sample);
+        // Numbers that are no longer finite, or energy that was never put in, end the run: kinetic, or at a sample of all kinds.
+        let kinetic = totals.kinetic + solver::energy_balance::flying(self.state.body.as_ref());
+        let excess = solver::energy_balance::excess(&self.record.balance, kinetic, sample);
+        if let Some(excess) = excess.filter(|_| self.record.run.divergence.is_none()) {
+            self.record.diagnose(&self.model, &self.state, excess);
+        }
         self.stepper.stopwatch.lap(Phase::Record);
         sample
     }

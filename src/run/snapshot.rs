@@ -15,7 +15,7 @@ use crate::physics::yarn_law::Sinusoidal;
 use crate::run::View;
 use crate::solver::element_totals::field as element_field;
 use crate::solver::node_update::field as node_field;
-use crate::solver::state::{Rows, State};
+use crate::solver::state::State;
 
 type Fill = Box<dyn Fn(&Scene, &mut Frame) + Send + Sync>;
 
@@ -42,14 +42,14 @@ impl Snapshot {
 
     fn of<S: Scalar>(model: &Arc<Model<S>>, state: &State<S>, scene: &mut Option<Arc<Scene>>) -> Self {
         let plies: Vec<Patch<S>> = (0..model.plies.len()).map(|ply| Patch::new(model, state, ply)).collect();
-        let numbers: usize = plies.iter().map(|patch| patch.nodes.len() + patch.elements.len()).sum();
+        let bytes = plies.iter().map(|patch| size_of_val(&patch.nodes[..]) + size_of_val(&patch.elements[..]));
         let own = Arc::clone(model);
         Self {
             scene: scene.get_or_insert_with(|| Arc::new(Scene::new(model))).clone(),
             step: state.step,
             time: state.step as f64 * model.dt,
             projectile: state.body.as_ref().map(Pose::from),
-            bytes: size_of::<Self>() + numbers * size_of::<S>(),
+            bytes: size_of::<Self>() + bytes.sum::<usize>(),
             fill: Box::new(move |scene, frame| fill(&own, &plies, scene, frame)),
         }
     }
@@ -80,61 +80,44 @@ impl Snapshot {
     }
 }
 
-/// Elements of a ply that may have moved, and their nodes.
+/// Elements of a ply that may have moved, and their nodes, row by row.
 struct Patch<S> {
     rows: Range<usize>,
     columns: Range<usize>,
-    /// Displacement [m] and velocity [m/s], shape (rows + 1, 6, columns + 1).
-    nodes: Vec<S>,
-    /// Heights [m] and whether the yarns are alive, shape (rows, 4, columns).
-    elements: Vec<S>,
+    /// Displacement [m] and velocity [m/s].
+    nodes: Vec<[[S; 3]; 2]>,
+    elements: Vec<Before<S>>,
 }
-
-/// Numbers kept of an element: heights of its yarns and whether they are intact, which lie together in the state.
-const OF_ELEMENT: usize = element_field::COUNT - element_field::HEIGHT;
 
 impl<S: Scalar> Patch<S> {
     fn new(model: &Model<S>, state: &State<S>, ply: usize) -> Self {
         let [rows, columns] = state.active[ply].elements(&model.ply_type(ply).mesh);
-        let (node, element) = (model.grid.first_node_row(ply), model.grid.first_element_row(ply));
+        let (first_node, first) = (model.grid.first_node_row(ply), model.grid.first_element_row(ply));
         let some = usize::from(!rows.is_empty());
-        let node_rows = node + rows.start..node + rows.end + some;
-        let element_rows = element + rows.start..element + rows.end;
-        let nodes = copy(&state.nodes, node_rows, 0..node_field::COUNT, columns.start..columns.end + some);
-        let stored = columns.start + 1..columns.end + 1;
-        let elements = copy(&state.elements, element_rows, element_field::HEIGHT..element_field::COUNT, stored);
+        let node = |row: usize, column: usize| {
+            let fields = [node_field::DISPLACEMENT, node_field::VELOCITY];
+            fields.map(|field| [0, 1, 2].map(|a| state.nodes.get(first_node + row, field + a, column)))
+        };
+        let element = |row: usize, column: usize| Before {
+            height: [0, 1].map(|yarn| state.elements.get(first + row, element_field::HEIGHT + yarn, column + 1)),
+            alive: [0, 1].map(|yarn| state.alive(first + row, column, yarn)),
+        };
+        let nodes = places(rows.start..rows.end + some, columns.start..columns.end + some);
+        let nodes = nodes.map(|(row, column)| node(row, column)).collect();
+        let elements = places(rows.clone(), columns.clone()).map(|(row, column)| element(row, column)).collect();
         Self { rows, columns, nodes, elements }
-    }
-
-    /// A field of a node, row and column counted in the patch.
-    fn node(&self, row: usize, field: usize, column: usize) -> S {
-        self.nodes[(row * node_field::COUNT + field) * (self.columns.len() + 1) + column]
     }
 
     /// Displacements of an element's corners, counter-clockwise.
     fn corners(&self, row: usize, column: usize) -> [[S; 4]; 3] {
         let nodes = [(row, column), (row, column + 1), (row + 1, column + 1), (row + 1, column)];
-        [0, 1, 2].map(|a| nodes.map(|(row, column)| self.node(row, node_field::DISPLACEMENT + a, column)))
-    }
-
-    /// An element after the last step.
-    fn before(&self, row: usize, column: usize) -> Before<S> {
-        let number = |field: usize| self.elements[(row * OF_ELEMENT + field) * self.columns.len() + column];
-        let alive = [2, 3].map(|field| number(field).to_f64() > 0.5);
-        Before { height: [number(0), number(1)], alive }
+        let node = |(row, column)| self.nodes[row * (self.columns.len() + 1) + column];
+        [0, 1, 2].map(|a| nodes.map(|place| node(place)[0][a]))
     }
 }
 
-fn copy<S: Scalar>(from: &Rows<S>, rows: Range<usize>, fields: Range<usize>, columns: Range<usize>) -> Vec<S> {
-    let mut numbers = Vec::with_capacity(rows.len() * fields.len() * columns.len());
-    for row in rows {
-        let row = from.row(row);
-        for field in fields.clone() {
-            let at = field * from.stride;
-            numbers.extend_from_slice(&row[at + columns.start..at + columns.end]);
-        }
-    }
-    numbers
+fn places(rows: Range<usize>, columns: Range<usize>) -> impl Iterator<Item = (usize, usize)> {
+    rows.flat_map(move |row| columns.clone().map(move |column| (row, column)))
 }
 
 /// Fills a frame of zeros with what has moved of every ply.
@@ -159,16 +142,14 @@ fn fill_elements<S: Scalar>(
     frame: &mut Frame,
 ) {
     let [across, up] = images(mesh, 1);
-    for row in 0..patch.rows.len() {
-        for column in 0..patch.columns.len() {
-            let size = mesh.widths(patch.rows.start + row, patch.columns.start + column);
-            let before = patch.before(row, column);
-            let reading = read(constants, size, &patch.corners(row, column), before);
-            for (row, row_sign) in up.of(patch.rows.start + row) {
-                for (column, column_sign) in across.of(patch.columns.start + column) {
-                    let at = whole.first_element + row * whole.columns + column;
-                    put(frame, at, &reading, row_sign * column_sign);
-                }
+    for (place, before) in places(0..patch.rows.len(), 0..patch.columns.len()).zip(&patch.elements) {
+        let (row, column) = (patch.rows.start + place.0, patch.columns.start + place.1);
+        let size = mesh.widths(row, column);
+        let reading = read(constants, size, &patch.corners(place.0, place.1), *before);
+        for (row, row_sign) in up.of(row) {
+            for (column, column_sign) in across.of(column) {
+                let at = whole.first_element + row * whole.columns + column;
+                put(frame, at, &reading, row_sign * column_sign);
             }
         }
     }
@@ -186,21 +167,16 @@ fn put(frame: &mut Frame, at: usize, reading: &ElementReading, turn: f32) {
 }
 
 fn fill_nodes<S: Scalar>(patch: &Patch<S>, mesh: &Mesh, whole: &PlyMesh, frame: &mut Frame) {
-    if patch.rows.is_empty() {
-        return;
-    }
     let [across, up] = images(mesh, 0);
-    for row in 0..=patch.rows.len() {
-        for column in 0..=patch.columns.len() {
-            let vector = |field: usize| [0, 1, 2].map(|a| patch.node(row, field + a, column).to_f64());
-            let [displacement, velocity] = [vector(node_field::DISPLACEMENT), vector(node_field::VELOCITY)];
-            for (row, y) in up.of(patch.rows.start + row) {
-                for (column, x) in across.of(patch.columns.start + column) {
-                    let at = whole.first_node + row * (whole.columns + 1) + column;
-                    let image = |v: [f64; 3]| mesh.to_pack([f64::from(x) * v[0], f64::from(y) * v[1], v[2]]);
-                    frame.displacement[at] = image(displacement).map(|u| u as f32);
-                    frame.velocity[at] = image(velocity).map(|v| v as f32);
-                }
+    let (rows, columns) = (patch.rows.start..patch.rows.end + 1, patch.columns.start..patch.columns.end + 1);
+    for ((row, column), node) in places(rows, columns).zip(&patch.nodes) {
+        let [displacement, velocity] = node.map(|vector| vector.map(S::to_f64));
+        for (row, y) in up.of(row) {
+            for (column, x) in across.of(column) {
+                let at = whole.first_node + row * (whole.columns + 1) + column;
+                let image = |v: [f64; 3]| mesh.to_pack([f64::from(x) * v[0], f64::from(y) * v[1], v[2]]);
+                frame.displacement[at] = image(displacement).map(|u| u as f32);
+                frame.velocity[at] = image(velocity).map(|v| v as f32);
             }
         }
     }

@@ -21,7 +21,7 @@ use crate::run::batch::{DeviceBatch, PreparedShot};
 use crate::run::{self, Options, Precision, Run};
 
 /// Name of the file that says what a batch is of.
-const PLAN: &str = "plan.json";
+pub(super) const PLAN: &str = "plan.json";
 /// Shots tried for the names of the columns that a case draws: some cannot be set up.
 const TRIES: u32 = 16;
 /// Device memory of a batch at most [bytes].
@@ -146,9 +146,8 @@ impl<'a> Batch<'a> {
 
     /// Most shots that the device has room for at a time.
     pub fn room(&self) -> u64 {
-        let room = |runner: &Mutex<DeviceRunner<'_>>| {
-            locked(runner).batches.iter().map(|batch| batch.device_use().room).max().unwrap_or(0)
-        };
+        let room =
+            |runner: &Mutex<DeviceRunner<'_>>| locked(runner).batches.iter().map(DeviceBatch::room).max().unwrap_or(0);
         self.device.as_ref().map_or(0, room)
     }
 
@@ -279,7 +278,7 @@ impl<'a> DeviceRunner<'a> {
                     });
                 }
             };
-            let taken = shots.len().min(batch.device_use().room as usize);
+            let taken = shots.len().min(batch.room() as usize);
             let mut refused = None;
             let mut ended = |at: usize, run: &Run| {
                 let (number, order) = orders[at];
@@ -308,7 +307,7 @@ impl<'a> DeviceRunner<'a> {
     }
 
     fn new_batch(&mut self, shot: &PreparedShot, count: usize) -> Result<DeviceBatch<'a>, DeviceError> {
-        while self.batches.iter().map(|batch| batch.device_use().bytes).sum::<u64>() > KEPT {
+        while self.batches.iter().map(DeviceBatch::bytes).sum::<u64>() > KEPT {
             self.batches.remove(0);
         }
         let mut room = shot.room(self.device, MEMORY).min(count as u64);
@@ -352,11 +351,6 @@ pub(super) fn begin(
     }
     folder.put(&[(PLAN, format!("{plan:#}\n"))], files)?;
     Ok(())
-}
-
-/// Whether a study was begun in a folder.
-pub(super) fn is_begun(folder: &Path) -> bool {
-    folder.join(PLAN).is_file()
 }
 
 /// Check that the plan in a file is this one.

@@ -45,10 +45,10 @@ pub fn read(path: &Path) -> Result<Vec<FitRow>, CaseError> {
     let file = path.display().to_string();
     let wrong =
         |place: &str, expected: &str, found: String| CaseError::new(&file, place, expected, found, HELP.to_owned());
-    // Every line has an end, so the line of a record is the one before the next.
-    let text = fs::read_to_string(path)
-        .map_err(|error| wrong("", "a table of shots, as text in UTF-8", error.to_string()))?
-        + "\n";
+    let text =
+        fs::read_to_string(path).map_err(|error| wrong("", "a table of shots, as text in UTF-8", error.to_string()))?;
+    // Every line has one end, so the line of a record is the one before the next.
+    let text = text.replace("\r\n", "\n") + "\n";
     let heading = text.lines().find(|line| !line.trim().is_empty() && !line.starts_with('#')).unwrap_or_default();
     let separator = [b';', b'\t'].into_iter().find(|sign| heading.contains(char::from(*sign))).unwrap_or(b',');
     let mut reader = ReaderBuilder::new();
@@ -57,7 +57,10 @@ pub fn read(path: &Path) -> Result<Vec<FitRow>, CaseError> {
     let mut record = StringRecord::new();
     let mut places = None;
     let mut rows = Vec::new();
-    let unreadable = |error: csv::Error| wrong("", "as many cells on every line as in the heading", error.to_string());
+    let unreadable = |error: csv::Error| {
+        let found = error.to_string().replace("CSV error: ", "");
+        wrong("", "as many cells on every line as in the heading", found)
+    };
     while reader.read_record(&mut record).map_err(unreadable)? {
         let line = format!("line {}", reader.position().line() - 1);
         let Some(places) = places else {

@@ -28,11 +28,6 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// Whether a value lies inside.
-    pub fn holds(&self, value: f64) -> bool {
-        self.low.is_none_or(|low| low <= value) && self.high.is_none_or(|high| value <= high)
-    }
-
     /// Whether half the width is at most this part of a value.
     pub fn is_narrow(&self, value: Option<f64>, part: f64) -> bool {
         let ends = value.zip(self.low.zip(self.high));

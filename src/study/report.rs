@@ -6,7 +6,7 @@ use super::fit::Fit;
 use super::limit::{Limit, ResidualModel};
 use super::v50_result::{ThresholdSample, V50Result};
 use crate::output::number::short;
-use crate::output::plot::{self, Figure, Plot};
+use crate::output::plot::{Figure, Plot};
 use crate::output::report::{figure, page, table};
 
 /// Points of a curve.
@@ -14,8 +14,6 @@ const POINTS: usize = 240;
 /// Classes of perforations and stops.
 const PERFORATED: &str = "k1";
 const STOPPED: &str = "k0";
-/// Rows of a table at most.
-const MAX_ROWS: usize = 400;
 
 /// Result of a study.
 #[derive(Clone, Debug, Default)]
@@ -92,30 +90,18 @@ impl Report {
         };
         page(title, "", &body)
     }
-
-    /// Picture of the figures beside each other, under a title.
-    pub fn svg(&self, title: &str) -> String {
-        let plots: Vec<Plot> = self.panels.iter().filter_map(|panel| panel.plot.clone()).collect();
-        plot::file(title, "", &plots)
-    }
 }
 
 /// Table of a report with its heading and foot; no table without a row.
 fn section(of: &ReportTable) -> Markup {
     let cell = |(column, cell): (usize, &String)| {
-        // Minus signs of numbers, not hyphens of words.
-        let words = if cell.parse::<f64>().is_ok() { cell.replace('-', "−") } else { cell.clone() };
-        html! { @if of.is_text(column) { span class="text" { (words) } } @else { (words) } }
+        html! { @if of.is_text(column) { span class="text" { (cell) } } @else { (cell) } }
     };
-    let row = |row: &Vec<String>| row.iter().enumerate().map(cell).collect();
     let heads: Vec<&str> = of.heads.iter().map(String::as_str).collect();
-    let left_out = of.rows.len().saturating_sub(MAX_ROWS);
-    let mut letters = of.title.chars();
     html! {
         @if !of.rows.is_empty() {
-            @if let Some(first) = letters.next() { h2 { (first.to_uppercase()) (letters.as_str()) } }
-            (table("numbers", &heads, of.rows.iter().take(MAX_ROWS).map(row)))
-            @if left_out > 0 { p class="note" { (left_out) " more rows." } }
+            @if !of.title.is_empty() { h2 { (of.title) } }
+            (table("numbers", &heads, of.rows.iter().map(|row| row.iter().enumerate().map(cell).collect())))
         }
         @for line in of.foot.lines() { p class="note" { (line) } }
     }
@@ -152,15 +138,9 @@ const CHANCE: [&str; 2] = ["impact velocity [m/s]", "chance of a perforation"];
 
 /// Chance of a perforation over velocity, with the shots and the intervals.
 pub(super) fn chance_panel(fit: &Fit) -> Figure {
-    // Velocities of the shots and of the quantiles, and of intervals what lies near them.
-    let [low, high] = fit.outcomes.range();
-    let reach = 0.6 * (high - low).max(1e-3 * high.abs()).max(1e-9);
     let quantiles = &fit.limit.quantiles;
-    let shown = quantiles.iter().flat_map(|quantile| [quantile.value, quantile.bounds.low, quantile.bounds.high]);
-    let near = shown.flatten().map(|velocity| velocity.clamp(low - reach, high + reach));
-    let [low, high] = ends(near.chain([low, high]));
-    let room = 0.04 * (high - low).max(reach);
-    let range = [low - room, high + room];
+    let values = quantiles.iter().filter_map(|quantile| quantile.value);
+    let range = roomy(ends(values.chain(fit.outcomes.range())), 0.2, 1e-3);
     let mut plot = Plot::new(range, [0.0, 1.0], CHANCE);
     for quantile in quantiles.iter().filter(|quantile| quantile.value.is_some()) {
         let ends = [quantile.bounds.low.unwrap_or(range[0]), quantile.bounds.high.unwrap_or(range[1])];

@@ -3,8 +3,8 @@
 
 use std::collections::{BTreeMap, HashMap};
 use std::fs::{self, File};
-use std::io::{self, Write as _};
-use std::path::{Path, PathBuf};
+use std::io::Write as _;
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use csv::StringRecord;
@@ -301,14 +301,12 @@ impl ShotTable {
         // A batch that had ended left its sorted table: a longer one begins there.
         let whole = folder.path().join(name);
         let earlier = if path.exists() { &path } else { &whole };
-        let earlier = if resume { complete_lines(earlier).unwrap_or_default() } else { String::new() };
-        let head = head(&drawn);
-        let kept = if earlier.starts_with(&head) { &earlier } else { &head };
+        let rows = if resume { read(&fs::read(earlier).unwrap_or_default()) } else { BTreeMap::new() };
         // Replaced as a whole: a kill here loses no row.
-        folder.put(&[(&*partial, kept)], &[])?;
+        folder.put(&[(&*partial, text(&drawn, rows.values()))], &[])?;
         let file = File::options().append(true).open(&path);
         let file = file.map_err(|error| OutputError::unwritten(&path, &error))?;
-        Ok(Self { drawn, file, rows: read(kept), path })
+        Ok(Self { drawn, file, rows, path })
     }
 
     /// Adds a row; it is on the disk when this returns.
@@ -335,7 +333,7 @@ impl ShotTable {
 
     /// Sorted table of the shots below `count`.
     pub(super) fn text(&self, count: u32) -> String {
-        self.rows(count).fold(head(&self.drawn), |text, row| text + &row.line(&self.drawn))
+        text(&self.drawn, self.rows(count))
     }
 
     /// Removes the appended table.
@@ -344,21 +342,16 @@ impl ShotTable {
     }
 }
 
-/// First line of a table.
-fn head(drawn: &[String]) -> String {
-    let drawn = drawn.iter().map(String::as_str);
-    FIRST.into_iter().chain(drawn).chain(LAST).collect::<Vec<_>>().join(",") + "\n"
+/// Table with these drawn columns.
+fn text<'a>(drawn: &[String], rows: impl Iterator<Item = &'a ShotRow>) -> String {
+    let columns = FIRST.into_iter().chain(drawn.iter().map(String::as_str)).chain(LAST);
+    rows.fold(columns.collect::<Vec<_>>().join(",") + "\n", |text, row| text + &row.line(drawn))
 }
 
-/// Lines of a file that were written to their end.
-fn complete_lines(path: &Path) -> io::Result<String> {
-    let bytes = fs::read(path)?;
-    let end = bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |at| at + 1);
-    Ok(String::from_utf8_lossy(&bytes[..end]).into_owned())
-}
-
-fn read(text: &str) -> BTreeMap<ShotKey, ShotRow> {
-    let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(text.as_bytes());
+/// Rows of a table, of which the last line may be cut.
+fn read(bytes: &[u8]) -> BTreeMap<ShotKey, ShotRow> {
+    let end = bytes.iter().rposition(|byte| *byte == b'\n').unwrap_or(0);
+    let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(&bytes[..end]);
     let Ok(header) = reader.headers().cloned() else { return BTreeMap::new() };
     let records = reader.records().filter_map(Result::ok).filter(|record| record.len() == header.len());
     let rows = records.filter_map(|record| ShotRow::parse(&header, &record));

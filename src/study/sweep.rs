@@ -9,7 +9,7 @@ use std::{fs, iter};
 
 use serde_json::{Map, Value, json};
 
-use super::batch::{self, BatchError, BatchOptions, BatchProgress, ShotOrder, is_begun};
+use super::batch::{self, BatchError, BatchOptions, BatchProgress, PLAN, ShotOrder};
 use super::report::{Report, ReportTable, ends, roomy};
 use super::shots::{self, ShotRow, ShotsRequest};
 use super::v50::{self, V50Request};
@@ -25,7 +25,7 @@ pub const FILES: &[&str] = &["plan.json", "sweep.csv", "sweep.html", "sweep.json
 /// Points of a sweep at most.
 const MAX_POINTS: usize = 10_000;
 /// Points whose shots are fired together: their tables are open meanwhile.
-const TOGETHER: usize = 256;
+const TOGETHER: usize = 64;
 /// Colours of lines.
 const COLOURS: usize = 9;
 
@@ -70,19 +70,12 @@ fn steps(low: &str, rest: &str) -> Option<Vec<String>> {
     (step > 0.0 && high > low && count < MAX_POINTS as f64).then(|| (0..=count as usize).map(at).collect())
 }
 
-/// Values apart at commas, but for those inside brackets and quotes.
+/// Values apart at commas, as JSON where they all are that, else words.
 fn split(text: &str) -> Vec<String> {
-    let (mut depth, mut is_quoted) = (0_i32, false);
-    let at_comma = |c: char| {
-        match c {
-            '"' => is_quoted = !is_quoted,
-            '[' | '{' if !is_quoted => depth += 1,
-            ']' | '}' if !is_quoted => depth -= 1,
-            _ => {}
-        }
-        c == ',' && depth == 0 && !is_quoted
-    };
-    text.split(at_comma).map(|part| part.trim().to_owned()).filter(|part| !part.is_empty()).collect()
+    match serde_json::from_str::<Vec<Value>>(&format!("[{text}]")) {
+        Ok(values) => values.iter().map(Value::to_string).collect(),
+        Err(_) => text.split(',').map(|word| word.trim().to_owned()).filter(|word| !word.is_empty()).collect(),
+    }
 }
 
 /// All combinations of the values, the last factor fastest; each point has a value of every factor, as the case file would have it.
@@ -214,7 +207,7 @@ impl<'a> Sweep<'a> {
     fn batch(&self, number: usize, files: &[&str]) -> Result<(&'a Case, Folder, BatchOptions<'a>), BatchError> {
         let path = self.folder.join(format!("{number:04}"));
         let folder = Folder::prepare_for(&path, files, &[])?;
-        let options = BatchOptions { resume: is_begun(&path), progress: &|_| {}, ..*self.options };
+        let options = BatchOptions { resume: path.join(PLAN).is_file(), progress: &|_| {}, ..*self.options };
         Ok((&self.request.points[number].1, folder, options))
     }
 
@@ -324,39 +317,28 @@ impl SweepResult {
     /// Response over the first factor, a line for each combination of the others; nothing without a response.
     fn lines(&self, request: &SweepRequest, names: &[&str]) -> Option<Figure> {
         let keys = request.factors.len();
-        let at = |name: &str| names.iter().position(|column| *column == name);
-        let bounds = at("low_m_s").zip(at("high_m_s"));
-        let mut groups: BTreeMap<String, Vec<[f64; 4]>> = BTreeMap::new();
+        // A word by its number.
+        let place = |cell: &Value| {
+            let at = || request.factors[0].values.iter().position(|other| *other == text(cell, number, ""));
+            cell.as_f64().unwrap_or_else(|| at().unwrap_or(0) as f64)
+        };
+        let mut groups: BTreeMap<String, Vec<[f64; 2]>> = BTreeMap::new();
         for cells in &self.points {
-            let Some(response) = cells[keys].as_f64() else { continue };
-            // A word by its number.
-            let place = || {
-                request.factors[0].values.iter().position(|other| *other == text(&cells[0], number, "")).unwrap_or(0)
-            };
-            let ends = bounds.and_then(|(low, high)| Some([cells[low].as_f64()?, cells[high].as_f64()?]));
-            let [low, high] = ends.unwrap_or([response; 2]);
             let others: Vec<String> = cells[1..keys].iter().map(|cell| text(cell, number, "")).collect();
-            let x = cells[0].as_f64().unwrap_or_else(|| place() as f64);
-            groups.entry(others.join(", ")).or_default().push([x, response, low, high]);
+            let point = cells[keys].as_f64().map(|response| [place(&cells[0]), response]);
+            groups.entry(others.join(", ")).or_default().extend(point);
         }
-        let points = || groups.values().flatten();
-        let [x, y] = [ends(points().map(|point| point[0])), ends(points().flat_map(|point| [point[2], point[3]]))];
-        let mut plot = Plot::new(roomy(x, 0.05, 1e-3), roomy(y, 0.05, 1e-3), [names[0], names[keys]]);
-        for (n, (group, points)) in groups.iter().enumerate() {
-            let mut points = points.clone();
+        let [x, y] = [0, 1].map(|axis| roomy(ends(groups.values().flatten().map(|point| point[axis])), 0.05, 1e-3));
+        let mut plot = Plot::new(x, y, [names[0], names[keys]]);
+        for (n, (group, points)) in groups.iter_mut().enumerate() {
             points.sort_by(|a, b| a[0].total_cmp(&b[0]));
             let class = format!("k{}", n % COLOURS);
-            plot.line(&class, group, &points.iter().map(|[x, response, ..]| [*x, *response]).collect::<Vec<_>>());
-            for [x, response, low, high] in points {
-                if low < high {
-                    plot.line(&format!("{class} interval"), "", &[[x, low], [x, high]]);
-                }
-                plot.dot(&class, [x, response], 3.5, &short(response, 4));
-            }
+            plot.line(&class, group, points);
+            points.iter().for_each(|point| plot.dot(&class, *point, 3.5, &short(point[1], 4)));
         }
         let caption = if keys > 1 { format!("Lines: {}.", names[1..keys].join(", ")) } else { String::new() };
         let title = format!("{} over {}", names[keys], names[0]);
-        (!groups.is_empty()).then(|| Figure::new("lines", &title, caption, Some(plot)))
+        groups.values().any(|points| !points.is_empty()).then(|| Figure::new("lines", &title, caption, Some(plot)))
     }
 }
 

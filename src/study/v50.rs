@@ -260,10 +260,6 @@ impl Campaign<'_> {
         }
     }
 
-    fn report_progress(&self) {
-        (self.options.progress)(BatchProgress { done: self.done.load(Ordering::Relaxed), of: self.of });
-    }
-
     fn thresholds(&self) -> Result<Vec<FoundThreshold>, BatchError> {
         let mut found: Vec<FoundThreshold> = Vec::new();
         let mut blocks = BLOCKS.iter();
@@ -323,13 +319,12 @@ impl Campaign<'_> {
             let wanted: Vec<(usize, ShotOrder)> =
                 found.iter().filter_map(|found| found.as_ref().err().copied()).collect();
             if wanted.is_empty() {
-                self.done.fetch_add(realisations.len() as u32, Ordering::Relaxed);
+                let count = realisations.len() as u32;
+                let done = self.done.fetch_add(count, Ordering::Relaxed) + count;
+                (self.options.progress)(BatchProgress { done, of: self.of });
                 return Ok(found.into_iter().flatten().collect());
             }
-            for (number, mesh) in self.meshes.iter().enumerate() {
-                let orders = wanted.iter().filter(|(mesh, _)| *mesh == number).map(|(_, order)| *order);
-                mesh.fire(&orders.collect::<Vec<_>>(), 1, &|_| self.report_progress())?;
-            }
+            batch::fire(&self.meshes, &wanted, 1, &|_| {})?;
         }
     }
 }

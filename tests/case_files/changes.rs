@@ -3,28 +3,6 @@
 use super::*;
 
 #[test]
-fn values_are_replaced_and_created() {
-    let set = |line: &str| case_of(line).unwrap();
-    assert_eq!(set("good & --set /projectile/velocity_m_s=200").projectile.unwrap().velocity, 200.0);
-    for word in ["auto", "\"auto\""] {
-        assert_eq!(set(&format!("good & --set /solver/symmetry={word}")).solver.symmetry, case::Symmetry::Auto);
-    }
-    assert_eq!(set("good & --set /projectile/offset_mm/1=5").projectile.unwrap().offset, [1e-3, 5e-3]);
-    let tenth = Bound::Value { value: 10.0, tolerance: 1.0 };
-    assert_eq!(set("good & --set /expect/1/value=10").expect[1].bound, tenth);
-    assert!(set("good & --set /projectile=null").projectile.is_none());
-    assert_eq!(set("good & -/output & --set /output/frames=7").output.frames, 7);
-    let last = "good & -/pack/initial_velocity_m_s & --set /pack/initial_velocity_m_s/2=4";
-    assert_eq!(set(last).pack.initial_velocity, [0.0, 0.0, 4.0]);
-    // A fabric is chosen before anything in it is changed.
-    let both = "good & --set /fabric/warp/crimp=0.03 & --set /fabric/file=fabrics/s-728.json";
-    assert_eq!((set(both).fabric.name.as_str(), set(both).fabric.warp.crimp), ("S-728", 0.03));
-    let own = set("laid & --set /pack/layup/0/fabric/shear/g2_mpa=70");
-    let g2 = [&own.fabric, &own.pack.layup[0].fabric, &own.pack.layup[1].fabric].map(|f| f.shear.as_ref().unwrap().g2);
-    assert_eq!(g2, [1e9, 70e6, 1e9], "a change inside the common fabric is of one group only");
-}
-
-#[test]
 fn changes_are_named_in_title_and_name() {
     let named = |sets: &[&str]| {
         let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();

@@ -53,20 +53,6 @@ fn shipped_fabrics_have_the_published_numbers() {
     }
 }
 
-#[test]
-fn tex_dtex_and_counts_per_cm_are_the_same_yarn() {
-    let denier = read(&good()).unwrap().fabric.warp;
-    for line in [
-        "good & -/fabric/warp/linear_density_denier & /fabric/warp/linear_density_tex=157.77777777777777",
-        "good & -/fabric/warp/linear_density_denier & /fabric/warp/linear_density_dtex=1577.7777777777778",
-        "good & -/fabric/warp/count_per_inch & /fabric/warp/count_per_cm=7.874015748031496",
-    ] {
-        let warp = case_of(line).unwrap().fabric.warp;
-        close(warp.linear_density, denier.linear_density, 1e-14);
-        close(warp.count, denier.count, 1e-14);
-    }
-}
-
 /// Cases, and pointers to fields of theirs or to what is around these: a case as [`document_of`] reads it, then `?` and pointers.
 const FIELDS: &str = include_str!("fields.txt");
 
@@ -105,20 +91,6 @@ fn the_report_names_every_field_with_its_source() {
             assert!(line.contains(&field.value) && line.ends_with(&field.source), "{line}");
             assert_eq!(line.starts_with("* "), field.assumed, "{line}");
         }
-    }
-}
-
-#[test]
-fn a_quarter_turn_exchanges_the_sizes_and_any_other_angle_does_not() {
-    // 8 mm along the warp are 3 elements of 3 mm, 30 mm along the weft 15 of 2 mm.
-    for (degrees, mesh) in [(0, (10, 4)), (-360, (10, 4)), (90, (3, 15)), (-90, (3, 15)), (270, (3, 15)), (89, (10, 4))]
-    {
-        let case = case_of(&format!("laid & /pack/layup/0/orientation_deg={degrees}")).unwrap();
-        let layer = &case.pack.layup[0];
-        assert_eq!((layer.columns, layer.rows), mesh, "{degrees}");
-        close(layer.orientation, f64::from(degrees).to_radians(), 1e-15);
-        close(layer.element_length_x, 3e-3, 1e-12);
-        close(layer.element_length_y, 2e-3, 1e-12);
     }
 }
 

@@ -105,15 +105,15 @@ fn a_shot_by_its_number_is_the_row_with_everything_a_run_writes() {
 fn a_limit_has_its_agreed_names() {
     // A small ply on the mesh of its accuracy, which a limit is corrected from.
     let mut case = varies();
-    case["pack"] = json!({"width_mm": 13, "height_mm": 13});
-    case["projectile"] = json!({"shape": "sphere", "diameter_mm": 3, "mass_g": 0.15, "velocity_m_s": 70});
+    case["pack"] = json!({"width_mm": 7.62, "height_mm": 7.62});
+    case["projectile"] = json!({"shape": "sphere", "diameter_mm": 3, "mass_g": 0.05, "velocity_m_s": 120});
     let bench = bench_of(&case);
-    let text = stdout(&typed(&bench, "v50 shot.json --count 3 --refined 1 --bracket 2% -o limit"));
+    let text = stdout(&typed(&bench, "v50 shot.json --count 3 --refined 1 --bracket 3% -o limit"));
     assert!(bench.path("limit/v50-refined.csv").exists(), "{text}");
     assert!(text.contains("thresholds: 3 of 3") && text.contains("of that: sampling ±"), "{text}");
     let json = bench.json("limit/v50.json");
     let v50 = json["v50_m_s"].as_f64().unwrap();
-    assert!((50.0..110.0).contains(&v50), "{v50}");
+    assert!((60.0..250.0).contains(&v50), "{v50}");
     assert_eq!((&json["realisations"], json["arithmetic"].as_array().unwrap().len()), (&json!(3), 4));
     assert!(bench.text("limit/v50.html").contains("thresholds of realisations"));
 }
@@ -186,8 +186,12 @@ fn near(value: &Value, expected: f64, tolerance: f64) {
 }
 
 #[test]
-fn a_published_set_gives_the_published_numbers_under_the_agreed_names() {
-    let bench = fit_bench(&[("shots.csv", PUBLISHED)]);
+fn a_fit_has_its_agreed_names_and_says_how_it_was_made() {
+    let bench = fit_bench(&[
+        ("shots.csv", PUBLISHED),
+        ("apart.csv", APART),
+        ("stopped.csv", "velocity_m_s,perforated\n400,0\n450,0\n470,0\n"),
+    ]);
     let found = fit_json(&bench, &["shots.csv"]);
     near(&found["mu"], 10.17033, 5e-5);
     near(&found["sigma"], 0.93398, 5e-5);
@@ -196,26 +200,19 @@ fn a_published_set_gives_the_published_numbers_under_the_agreed_names() {
     let quantiles = found["quantiles"].as_array().unwrap();
     let chances: Vec<f64> = quantiles.iter().map(|quantile| quantile["p"].as_f64().unwrap()).collect();
     assert_eq!(chances, [0.1, 0.25, 0.5, 0.75, 0.9]);
-    near(&quantiles[2]["value"], 10.17033, 5e-5);
-    near(&quantiles[2]["low"], 9.1593, 1e-4);
-    near(&quantiles[2]["high"], 10.7550, 1e-4);
-    near(&quantiles[4]["low"], 10.7655, 2e-4);
+    for (key, expected) in [("value", 10.17033), ("low", 9.1593), ("high", 10.7550)] {
+        near(&quantiles[2][key], expected, 1e-4);
+    }
     // Wider with more confidence, in either way of writing it.
     let [wide, same] = ["95%", "0.95"].map(|level| fit_json(&bench, &["shots.csv", "--level", level]));
     assert!(wide["quantiles"][2]["low"].as_f64() < found["quantiles"][2]["low"].as_f64());
     assert_eq!(wide["quantiles"], same["quantiles"]);
     let logit = fit_json(&bench, &["shots.csv", "--link", "logit"]);
-    assert_eq!(logit["link"], "logit");
-    assert_ne!(logit["mu"], found["mu"]);
-}
-
-#[test]
-fn without_overlap_the_estimate_says_how_it_was_made() {
-    let bench = fit_bench(&[("apart.csv", APART), ("stopped.csv", "velocity_m_s,perforated\n400,0\n450,0\n470,0\n")]);
+    assert!(logit["link"] == "logit" && logit["mu"] != found["mu"]);
+    // Without overlap.
     let found = fit_json(&bench, &["apart.csv"]);
     assert_eq!((&found["overlap"], &found["method"]), (&json!(false), &json!("Firth's penalised likelihood")));
     assert_eq!((&found["shots"], &found["perforated"], &found["stopped"]), (&json!(5), &json!(2), &json!(3)));
-    assert!((420.0..440.0).contains(&found["mu"].as_f64().unwrap()), "{found:#}");
     let text = stdout(&fit(&bench, &["apart.csv"]));
     assert!(text.contains("no mixed results") && text.contains("Firth's penalty"), "{text}");
     // One outcome: no estimate, but a bound.
@@ -250,24 +247,20 @@ fn files_are_whole_and_need_nothing_else() {
     let bench = fit_bench(&[("<b>&.csv", PUBLISHED)]);
     let output = fit(&bench, &["<b>&.csv", "-q", "-o", "out/fit"]);
     assert_eq!((code(&output), stdout(&output).as_str()), (0, ""), "{}", stderr(&output));
-    assert_eq!(bench.names("out/fit"), ["fit.html", "fit.json", "fit.svg"]);
+    assert_eq!(bench.names("out/fit"), ["fit.html", "fit.json"]);
     assert_eq!(bench.json("out/fit/fit.json"), fit_json(&bench, &["<b>&.csv"]));
-    for name in ["out/fit/fit.svg", "out/fit/fit.html"] {
-        let text = bench.text(name);
-        assert!(text.contains("&lt;b&gt;&amp;.csv") && !text.contains("<b>"), "{name}");
-        assert_eq!(text.matches("<circle").count(), 30);
-        assert_eq!(text.matches("class=\"curve ink\"/>").count(), 1);
-        let external = text.replace("http://www.w3.org/2000/svg", "");
-        assert!(!external.contains("://") && !external.contains("<script") && !external.contains("NaN"));
-    }
-    assert!(bench.text("out/fit/fit.html").contains("V50 10.17 m/s"));
+    let text = bench.text("out/fit/fit.html");
+    assert!(text.contains("&lt;b&gt;&amp;.csv") && !text.contains("<b>") && text.contains("V50 10.17 m/s"));
+    assert_eq!((text.matches("<circle").count(), text.matches("class=\"curve ink\"/>").count()), (30, 1));
+    let external = text.replace("http://www.w3.org/2000/svg", "");
+    assert!(!external.contains("://") && !external.contains("<script") && !external.contains("NaN"));
 }
 
 #[test]
 fn a_bad_table_is_one_error_and_nothing_is_written() {
     let head = "velocity_m_s,perforated,count,residual_velocity_m_s\n";
     let lines = |line: &str| format!("{head}400,0,,\n{line}\n");
-    let tables: [(&str, String, &str); 14] = [
+    let tables: [(&str, String, &str); 15] = [
         ("no-velocity", "velocity,perforated\n1,1\n".into(), "line 1|a column velocity_m_s|\"velocity\""),
         ("no-outcome", "velocity_m_s,outcome\n1,1\n".into(), "line 1|a column perforated|\"outcome\""),
         ("empty", String::new(), "no shot"),
@@ -281,6 +274,7 @@ fn a_bad_table_is_one_error_and_nothing_is_written() {
         ("stopped", lines("410,0,1,50"), "line 3, column residual_velocity_m_s|stopped|\"50\""),
         ("faster", lines("410,1,1,411"), "line 3, column residual_velocity_m_s|410 m/s|\"411\""),
         ("comma", "velocity_m_s,perforated\n400,5,1\n".into(), "line: 2|2 fields|decimal point"),
+        ("ends", "velocity_m_s,perforated\r\n400,0\r\n410,x\r\n".into(), "line 3, column perforated|\"x\""),
         ("absent", String::new(), "velocity_m_s,perforated"),
     ];
     let bench = Bench::new(&small());

@@ -8,6 +8,8 @@ use ripstop::study::interval::interval;
 use ripstop::study::v50::{Rungs, bracket, middle};
 use ripstop::study::v50_result::ThresholdSample;
 
+use super::holds;
+
 /// Scatter of the thresholds [m/s]; V50 lies evenly between 480 and 520.
 const SIGMA: f64 = 20.0;
 /// Ranges of each row.
@@ -66,7 +68,7 @@ fn range(number: u32, row: usize, design: Design, count: usize) -> Range {
     let held = [0.5, 0.9].map(|p| {
         let bounds = interval(Link::Probit, &outcomes, Some(&found), p, LEVEL);
         open |= bounds.low.is_none() || bounds.high.is_none();
-        bounds.holds(truth(p))
+        holds(bounds, truth(p))
     });
     Range { estimate: true, firth: !outcomes.overlap(), open, held }
 }
@@ -125,7 +127,7 @@ fn campaign(number: u32, row: u32, count: u32, width: f64, threshold: impl Fn(f6
         width_sum += (high - low) / f64::from(count);
     }
     let sample = ThresholdSample::new(&middles, width_sum).unwrap();
-    [0.5, 0.9].map(|p| sample.interval(p, LEVEL).holds(threshold(p)))
+    [0.5, 0.9].map(|p| holds(sample.interval(p, LEVEL), threshold(p)))
 }
 
 #[test]

@@ -6,7 +6,7 @@ use ripstop::study::binary_response::{self as binary, Estimate, Group, Outcomes,
 use ripstop::study::interval::{Bounds, interval};
 use ripstop::study::limit::{Passed, ResidualModel, arithmetic_v50, residual_fit};
 
-use super::{GONOGO, NEYER, WU_TIAN, near, outcomes};
+use super::{GONOGO, NEYER, WU_TIAN, holds, near, outcomes};
 
 fn probit(text: &str) -> Estimate {
     fit(Link::Probit, &outcomes(text)).unwrap()
@@ -317,7 +317,7 @@ fn intervals_hold_the_limit_as_often_as_they_say() {
             .iter_mut()
             .zip([(ResidualModel::RechtIpson, range(1.0, 2.0)), (ResidualModel::LambertJonas, range(0.8, 2.2))])
         {
-            *held += u32::from(residual_fit(curve, &shots, 0.9).unwrap().bounds.holds(300.0));
+            *held += u32::from(holds(residual_fit(curve, &shots, 0.9).unwrap().bounds, 300.0));
         }
     }
     // Four standard errors of a share of 90 % among 400 are 6 %.

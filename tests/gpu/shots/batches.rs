@@ -78,9 +78,7 @@ fn each_as_alone(device: &'static Device) -> Outcome {
         // With other neighbours, in another place, and after a batch that has left its traces.
         let turned = together(&mut batch, &[cases[1].clone(), cases[0].clone()]);
         assert!(turned == [alone[1].clone(), alone[0].clone()], "{velocities:?} turned");
-        let used = batch.device_use();
-        assert_eq!((used.shots, used.room), (cases.len() as u64 + 2, room));
-        assert!(used.dispatches > 0 && used.bytes > 0);
+        assert!(batch.room() == room && batch.bytes() > 0);
     }
     Ok(())
 }
