@@ -1,6 +1,6 @@
 //! The command line: its commands, arguments that several of them have, values of options, and cases from files and standard input.
 
-use std::io;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
@@ -264,7 +264,7 @@ impl<'a> Source<'a> {
         if path != Path::new("-") {
             return Ok(Self::File(path));
         }
-        let text = io::read_to_string(io::stdin());
+        let text = io::read_to_string(io::stdin().take(case::MAX_BYTES + 1));
         text.map(Self::Piped).map_err(|error| CommandFailure::expected("standard input", "a case", error))
     }
 

@@ -1,10 +1,11 @@
 //! `ripstop new`: a case to start from. Known fabrics and projectiles stand in `presets.json`.
 
 use std::fs;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use ripstop::case;
+use ripstop::{case, output};
 use serde_json::{Map, Number, Value, json};
 
 use super::failure::CommandFailure;
@@ -84,7 +85,7 @@ pub(crate) fn new(arguments: &NewArguments) -> Result<(), CommandFailure> {
     case::from_text(&name, &text, folder, &[])?;
     for (path, text) in [(&folder.join(SCHEMA), format!("{:#}\n", case::schema())), (file, text)] {
         let refused = |error| CommandFailure::expected(path.display(), "a file that can be written", error);
-        fs::write(path, text).map_err(refused)?;
+        output::write_whole(path, |file| file.write_all(text.as_bytes())).map_err(refused)?;
     }
     terminal::print(&format!(
         "{name}: {title}\n  ripstop check {name}   every value, with its source; assumed ones marked\n  \

@@ -3,7 +3,6 @@
 use std::fs::{self, File, TryLockError};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
 use same_file::Handle;
 use serde_json::Value;
@@ -12,9 +11,8 @@ use tempfile::NamedTempFile;
 use super::{csv, figures};
 use crate::case::Case;
 use crate::run::Run;
-use crate::run::checkpoint::{Checkpointable, Header, Spent};
 
-const CASE: &str = "case.json";
+pub(super) const CASE: &str = "case.json";
 const SUMMARY: &str = "summary.json";
 /// Files that are only there when profiles were asked for, for packs of several plies, and where a report is asked for.
 const PROFILES: &str = "profiles.csv";
@@ -28,10 +26,10 @@ pub(super) const FRAMES: &str = "frames";
 /// Folder of frames that a run which goes on from the checkpoint needs.
 pub(super) const SPOOL: &str = "checkpoint.frames";
 /// All files this module may write.
-const FILES: [&str; 10] =
+pub(super) const FILES: [&str; 10] =
     [CASE, "history.csv", "events.csv", PLIES, PROFILES, PVD, "shot.svg", REPORT, SUMMARY, CHECKPOINT];
-/// Rounding allowed in comparing times, in steps.
-const SLACK: f64 = 1e-6;
+/// Lock file. A process that was killed leaves it, unlocked.
+const LOCK: &str = ".ripstop.lock";
 /// Begin and end of the names of unfinished files.
 const UNFINISHED: [&str; 2] = [".ripstop-", ".tmp"];
 
@@ -78,8 +76,14 @@ pub struct Folder {
     path: PathBuf,
     /// Folders made for it, outermost first.
     made: Vec<PathBuf>,
-    /// The folder itself, locked against other runs until it is dropped. It may be removed or replaced meanwhile.
+    /// Lock file in it, which goes with a folder that is removed or replaced meanwhile.
     held: Option<Handle>,
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        self.release();
+    }
 }
 
 impl Folder {
@@ -164,8 +168,7 @@ impl Folder {
 
     /// Whether the folder is still the one that was prepared.
     pub(super) fn check_identity(&self) -> Result<(), OutputError> {
-        let is_held = |held: &Handle| Handle::from_path(&self.path).is_ok_and(|there| there == *held);
-        if self.held.as_ref().is_none_or(is_held) {
+        if self.held.as_ref().is_none_or(|held| is_at(held, &self.path.join(LOCK))) {
             return Ok(());
         }
         let found = if self.path.exists() { "another one of this name" } else { "none: it was removed meanwhile" };
@@ -173,9 +176,17 @@ impl Folder {
         Err(OutputError { help, ..OutputError::new(&self.path, "the folder that the run began with", found) })
     }
 
+    /// Removes the lock file while it is locked, so that no other run's is removed.
+    fn release(&mut self) {
+        let (held, path) = (self.held.take(), self.path.join(LOCK));
+        if held.as_ref().is_some_and(|held| is_at(held, &path)) {
+            fs::remove_file(&path).ok(); // one that stays has no effect
+        }
+    }
+
     /// Takes back the folders made by [`Folder::prepare`], as far as they are empty.
     pub fn abandon(mut self) {
-        self.held = None;
+        self.release();
         // One that something else lies in by now stays, and so do those around it.
         self.made.iter().rev().take_while(|folder| fs::remove_dir(folder).is_ok()).for_each(drop);
     }
@@ -291,102 +302,31 @@ impl Folder {
     }
 
     /// Flushes the renames.
-    fn flush(&self) -> io::Result<()> {
+    pub(super) fn flush(&self) -> io::Result<()> {
         if cfg!(unix) { File::open(&self.path)?.sync_all() } else { Ok(()) }
     }
 }
 
-/// Writer of checkpoints, of which the last stays.
-pub struct CheckpointWriter<'a> {
-    folder: &'a Folder,
-    case: &'a Case,
-    head: Header,
-    /// Begin of this command.
-    start: Instant,
-    /// Whether the folder is this run's.
-    begun: bool,
-    /// Time of the last checkpoint tried [s].
-    tried: f64,
-    /// Time of the checkpoint of this run in the folder [s].
-    pub kept: Option<f64>,
-    /// The last checkpoint that could not be written, and why.
-    pub failed: Option<String>,
-}
-
-impl<'a> CheckpointWriter<'a> {
-    /// Writer of a run that begins, or that goes on if `head` has come from a checkpoint in the folder.
-    pub fn new(folder: &'a Folder, case: &'a Case, head: Header, start: Instant) -> Self {
-        let resumed = head.step > 0;
-        let kept = resumed.then_some(head.time);
-        Self { folder, case, start, begun: resumed, tried: head.time, kept, failed: None, head }
-    }
-
-    /// Whether there should be a checkpoint before the step from `time` [s], `dt` [s] long.
-    pub fn is_due(&self, time: f64, dt: f64) -> bool {
-        let intervals = (self.tried / self.head.every + 1e-9).floor() + 1.0;
-        time >= intervals * self.head.every - SLACK * dt
-    }
-
-    /// Writes a checkpoint in place of the one before. `followed`: state of the observer; `loop_seconds`: time
-    /// in the loop so far, all parts of the run [s].
-    ///
-    /// # Errors
-    /// When it could not be written, in words; the one before is still there.
-    pub fn write(&mut self, run: &dyn Checkpointable, followed: &[u8], loop_seconds: f64) -> Result<(), String> {
-        let head = Header { spent: self.spent(loop_seconds), ..self.head.clone() };
-        let (time, folder) = (run.clock()[0], self.folder);
-        self.tried = time;
-        let write = || {
-            folder.check_identity().map_err(|error| error.found)?;
-            let written = write_whole(&folder.path.join(CHECKPOINT), |file| run.save(&head, followed, file));
-            written.and_then(|()| folder.flush()).map_err(|error| error.to_string())
-        };
-        if let Err(reason) = self.begin().and_then(|()| write()) {
-            let last = self.kept.map_or_else(
-                || "there is none so far".to_owned(),
-                |kept| format!("the one of {:.3} µs is still there", kept * 1e6),
-            );
-            let error = format!("no checkpoint at {:.3} µs: {reason}; {last}", time * 1e6);
-            self.failed = Some(error.clone());
-            return Err(error);
-        }
-        self.kept = Some(time);
-        Ok(())
-    }
-
-    /// Makes the folder that of this run: its case is there, nothing of an earlier run is.
-    ///
-    /// # Errors
-    /// When the disk refuses.
-    pub fn begin(&mut self) -> Result<(), String> {
-        if !self.begun {
-            let case = [(CASE, pretty(&self.case.as_run))];
-            self.folder.put(&case, &FILES).map_err(|error| error.found)?;
-            self.begun = true;
-        }
-        Ok(())
-    }
-
-    /// Time that all parts of the run have taken, so much of it in the loop [s].
-    pub fn spent(&self, loop_seconds: f64) -> Spent {
-        let wall = self.head.spent.wall + self.start.elapsed().as_secs_f64();
-        Spent { wall, r#loop: loop_seconds }
-    }
-}
-
-fn pretty(value: &Value) -> String {
+pub(super) fn pretty(value: &Value) -> String {
     format!("{value:#}\n")
 }
 
-/// Holds a folder; `None` where another process, or another run of this one, does. The system lets it go when the process ends, however
-/// that ends.
-fn hold(path: &Path) -> io::Result<Option<Handle>> {
-    match File::open(path) {
-        Ok(folder) if matches!(folder.try_lock(), Err(TryLockError::WouldBlock)) => Ok(None),
-        Ok(folder) => Handle::from_file(folder).map(Some),
-        // Not every system locks folders: a run without a lock is better than none.
-        Err(_) => Handle::from_path(path).map(Some),
+/// File of a folder, locked until it is closed, however the process ends; `None` where another run has it.
+fn hold(folder: &Path) -> io::Result<Option<Handle>> {
+    let path = folder.join(LOCK);
+    let file = File::options().write(true).create(true).truncate(false).open(&path)?;
+    // Some file systems have no locks: a run without one is better than none.
+    if matches!(file.try_lock(), Err(TryLockError::WouldBlock)) {
+        return Ok(None);
     }
+    let file = Handle::from_file(file)?;
+    // A run that ended may have removed it between its opening and its locking.
+    Ok(Some(file).filter(|file| is_at(file, &path)))
+}
+
+/// Whether an open file is the one at a path.
+fn is_at(file: &Handle, path: &Path) -> bool {
+    Handle::from_path(path).is_ok_and(|there| there == *file)
 }
 
 /// An empty file in `folder` with the rights of any new file, to be renamed when it is whole.
@@ -410,7 +350,10 @@ fn complete(folder: &Path, write: impl FnOnce(&mut File) -> io::Result<()>) -> i
 }
 
 /// Writes a file; it takes the place of an older one once it is on the disk.
-pub(super) fn write_whole(path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<()> {
+///
+/// # Errors
+/// When the disk refuses; the older one is then still there.
+pub fn write_whole(path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<()> {
     complete(path.parent().unwrap_or(Path::new("")), write)?.persist(path)?;
     Ok(())
 }

@@ -6,6 +6,7 @@
 
 mod animation;
 mod breakage;
+mod checkpoint;
 pub mod checks;
 pub mod csv;
 pub mod expect;
@@ -26,8 +27,9 @@ pub mod warnings;
 
 pub use animation::{AnimatedPly, Animation, Keyframe};
 pub use breakage::Breakage;
+pub use checkpoint::CheckpointWriter;
 pub use expect::check;
-pub use folder::{CHECKPOINT, CheckpointWriter, Folder, OutputError, StagedFrames};
+pub use folder::{CHECKPOINT, Folder, OutputError, StagedFrames, write_whole};
 pub use summary::{Energies, Verdict, absorbed_energy, costs, flies_freely, residual_velocity, summary, verdict};
 #[doc(hidden)]
 pub use summary::{place, reached, symmetry};
