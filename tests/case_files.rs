@@ -156,10 +156,3 @@ fn close(got: f64, expected: f64, relative: f64) {
 fn field<'a>(case: &'a Case, pointer: &str) -> &'a Field {
     case.fields.iter().find(|field| field.pointer == pointer).unwrap_or_else(|| panic!("no field {pointer}"))
 }
-
-/// The schema of case files, which is one.
-fn validator() -> jsonschema::Validator {
-    let schema = case::schema();
-    jsonschema::draft202012::meta::validate(&schema).unwrap();
-    jsonschema::draft202012::new(&schema).unwrap()
-}

@@ -80,9 +80,9 @@ fn every_damage_of_a_text_or_a_file_keeps_its_words() {
 }
 
 #[test]
-fn every_field_refuses_the_wrong_type_at_its_place_and_the_schema_takes_what_is_read() {
+fn every_field_refuses_the_wrong_type_at_its_place() {
     let free = ["/title", "/name", "/notes", "/quantity", "/source", "/value"];
-    let (document, validator) = (good(), validator());
+    let document = good();
     let odd = [
         "null",
         "true",
@@ -109,7 +109,7 @@ fn every_field_refuses_the_wrong_type_at_its_place_and_the_schema_takes_what_is_
                 || odd.is_string()
                     && (free.iter().any(|end| pointer.ends_with(end)) || pointer.starts_with("/sources/"));
             match read(&changed) {
-                Ok(_) => assert!(fits && validator.is_valid(&changed), "{pointer} accepts {odd}"),
+                Ok(_) => assert!(fits, "{pointer} accepts {odd}"),
                 Err(error) => {
                     assert_well_formed(&error);
                     let place = error.location.starts_with(&pointer) || fits;
@@ -118,30 +118,6 @@ fn every_field_refuses_the_wrong_type_at_its_place_and_the_schema_takes_what_is_
                 }
             }
         }
-    }
-}
-
-/// Changes of the good case that the schema refuses as well; see [`document_of`].
-const BAD: &str = r#"/zzz=1
-/projectile/mass_gg=1
-/projectile/shape="ogiv"
-/projectile/velocity_m_s=0
-/projectile/offset_mm=[0]
-/solver/courant=1.5
-/fabric/file="f.json"
-/fabric/crossover/compression="soft"
-/pack/plies=65
-/pack/layup=[]
-/pack/layup/0={"ply": 1}
-/pack/layup/1/fabric/warp/crimp=-1
-/sources/x="no pointer"
--/title"#;
-
-#[test]
-fn the_schema_refuses_bad_cases() {
-    let validator = validator();
-    for line in BAD.lines() {
-        assert!(!validator.is_valid(&document_of(&format!("good & {line}")).0), "{line}");
     }
 }
 

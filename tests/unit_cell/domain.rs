@@ -1,7 +1,5 @@
 //! The whole domain Λ1, Λ2 ∈ [0.5, 1.2]: residuals, growth, energy, and heights predicted for the next step.
 
-use proptest::prelude::*;
-use proptest::test_runner::RngSeed;
 use ripstop::physics::coupled_newton::COMPATIBILITY_TOLERANCE;
 
 use super::*;
@@ -68,56 +66,61 @@ struct Probe {
     more: f64,
 }
 
-fn any_fabric() -> impl Strategy<Value = Woven> {
-    let crimp = || prop_oneof![1 => Just(0.0), 6 => 0.0..0.25, 2 => (-4.0..-0.6_f64).prop_map(|e| 10_f64.powf(e)), 1 => Just(0.25)];
-    let stiffness = (3.0..5.0_f64, -3.0..3.0_f64).prop_map(|(e, r)| [10_f64.powf(e), 10_f64.powf(e + r)]);
-    let span = (3e-4..1e-3, -1.0..1.0_f64).prop_map(|(w, r)| [w, w * 3_f64.powf(r)]);
-    let gap = prop_oneof![1 => Just(0.0), 1 => 0.0..5e-5];
-    let soft = (1e-5..2e-4, 0.5..3.0).prop_map(|(a, ratio): (f64, f64)| Some(Compression { a, b: ratio * a }));
-    let compression = prop_oneof![1 => Just(None), 2 => soft];
-    let law = prop::sample::select(LAWS.to_vec());
-    (stiffness, span, [crimp(), crimp()], law, gap, compression).prop_map(|(ea, w, c, law, gap, compression)| {
-        fabric([0, 1].map(|i| yarn(ea[i], w[i], c[i])), law, gap, compression)
-    })
+fn any_fabric(random: &mut Random) -> Woven {
+    let power = |random: &mut Random, low: f64, high: f64| 10_f64.powf(random.between(low, high));
+    let crimp = |random: &mut Random| match random.between(0.0, 10.0) as u32 {
+        0 => 0.0,
+        1..7 => random.between(0.0, 0.25),
+        7..9 => power(random, -4.0, -0.6),
+        _ => 0.25,
+    };
+    let stiffness = power(random, 3.0, 5.0);
+    let stiffness = [stiffness, stiffness * power(random, -3.0, 3.0)];
+    let span = random.between(3e-4, 1e-3);
+    let span = [span, span * 3_f64.powf(random.between(-1.0, 1.0))];
+    let crimps = [crimp(random), crimp(random)];
+    let law = LAWS[random.between(0.0, LAWS.len() as f64) as usize];
+    let gap = random.between(-5e-5, 5e-5).max(0.0);
+    let soft = random.between(1e-5, 2e-4);
+    let soft = Compression { a: soft, b: soft * random.between(0.5, 3.0) };
+    let compression = (random.between(0.0, 3.0) > 1.0).then_some(soft);
+    fabric([0, 1].map(|i| yarn(stiffness[i], span[i], crimps[i])), law, gap, compression)
 }
 
-fn any_probe() -> impl Strategy<Value = Probe> {
-    let stretch = prop_oneof![[0.5..1.2, 0.5..1.2], [0.95..1.06, 0.95..1.06]];
-    let more = (-9.0..-1.0_f64).prop_map(|e| 10_f64.powf(e));
-    (any_fabric(), stretch, [-0.5..1.5, -0.5..1.5], more).prop_map(|(fabric, stretch, warm, more)| Probe {
-        fabric,
-        stretch,
-        warm,
-        more,
-    })
+fn any_probe(random: &mut Random) -> Probe {
+    let [low, high] = if random.between(0.0, 1.0) < 0.5 { [0.5, 1.2] } else { [0.95, 1.06] };
+    Probe {
+        fabric: any_fabric(random),
+        stretch: [0, 1].map(|_| random.between(low, high)),
+        warm: [0, 1].map(|_| random.between(-0.5, 1.5)),
+        more: 10_f64.powf(random.between(-9.0, -1.0)),
+    }
 }
 
 /// Everything that must hold at one probe in one precision; the tensions there and further out.
-fn hold<R: Scalar>(probe: &Probe, ripple: f64) -> Result<Solved, TestCaseError> {
+fn hold<R: Scalar>(probe: &Probe, ripple: f64) -> Solved {
     let cell = Cell::<R>::new(&probe.fabric);
     let here = cell.solve(probe.stretch, probe.warm.map(|w| w * cell.exact.height_sum), true);
-    prop_assert!(sound(&here), "{} {here:?}", R::NAME);
+    assert!(sound(&here), "{} {here:?} {probe:?}", R::NAME);
     for grown in 0..2 {
         let mut stretch = probe.stretch;
         stretch[grown] += probe.more;
         let there = cell.solve(stretch, here.height, true);
-        prop_assert!(sound(&there), "{} {there:?}", R::NAME);
+        assert!(sound(&there), "{} {there:?} {probe:?}", R::NAME);
         for i in [0, 1] {
             let fall = (here.tension[i] - there.tension[i]) / cell.breaking()[i];
-            prop_assert!(fall <= ripple, "{} yarn {i} falls {fall:e}: {here:?} {there:?}", R::NAME);
+            assert!(fall <= ripple, "{} yarn {i} falls {fall:e}: {here:?} {there:?} {probe:?}", R::NAME);
         }
     }
-    Ok(here)
+    here
 }
 
-proptest! {
-    #![proptest_config(ProptestConfig {
-        cases: 5_000, failure_persistence: None, rng_seed: RngSeed::Fixed(20_060_720), ..ProptestConfig::default()
-    })]
-
-    #[test]
-    fn any_fabric_in_either_precision(probe in any_probe()) {
-        let got = hold::<f64>(&probe, 1e-8)?;
+#[test]
+fn any_fabric_in_either_precision() {
+    let mut random = Random(20_060_720);
+    for _ in 0..5_000 {
+        let probe = any_probe(&mut random);
+        let got = hold::<f64>(&probe, 1e-8);
         let cell = Cell::<f64>::new(&probe.fabric);
         let m = oracle::misfit(&cell, probe.stretch, &got);
         // Up to an end slope of 1.5 the arc length is exact; beyond, its twelve terms leave what they leave. A soft
@@ -125,9 +128,9 @@ proptest! {
         let steepest = [0, 1].map(|i| got.height[i] / cell.exact.yarn[i].half_span / probe.stretch[i]);
         let exact = steepest.iter().all(|k| std::f64::consts::FRAC_PI_2 * k.abs() <= 1.5);
         let limit = if exact { [1e-9, 1e-7] } else { [1e-5, 1e-5] };
-        prop_assert!(m.tension <= limit[0] && m.force <= limit[1] && m.height <= 1e-11, "{m:?} {got:?}");
+        assert!(m.tension <= limit[0] && m.force <= limit[1] && m.height <= 1e-11, "{m:?} {got:?} {probe:?}");
         // Roundings of a strain, 6e-8, turn into height by the softness of the crossover and back into tension.
-        hold::<f32>(&probe, 5e-4)?;
+        hold::<f32>(&probe, 5e-4);
     }
 }
 

@@ -1,18 +1,21 @@
-//! Frames as VTK's own reader sees them. Needs a Python with `vtk`: `RIPSTOP_PYTHON`, else `python3`.
+//! Frames as VTK's own reader sees them, and the schema of cases as a validator of others does. Needs a Python with `vtk` and `jsonschema`:
+//! `RIPSTOP_PYTHON`, else `python3`.
 //!
-//! Promise: every point, cell, array and time of the series is what the frame of the library says, whatever part of the scene was
-//! computed; the projectile moves and turns as the body does. Without VTK every test is ignored and says so; with
-//! `RIPSTOP_REQUIRE_VTK=1` it fails instead. That the surface is closed and as large as the body is in `src/output/surface.rs`.
+//! Promise: the schema is one, takes every shipped case and refuses what the program refuses; every point, cell, array and time of the series is what the frame of the library says, whatever part of the scene was
+//! computed; the projectile moves and turns as the body does. Without that Python every test is ignored and says so; with
+//! `RIPSTOP_REQUIRE_PYTHON=1` it fails instead. That the surface is closed and as large as the body is in `src/output/surface.rs`.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that cannot go on has failed")]
 
 use std::collections::BTreeMap;
-use std::process::{Command, ExitCode};
+use std::fs;
+use std::process::{Command, ExitCode, Stdio};
 
 use libtest_mimic::Arguments;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use ripstop::run::frame::{Frame, PlyMesh, Pose, Scene};
 use ripstop::run::{Options, Precision};
 use ripstop::{FrameCollector, case};
+use serde_json::Value;
 
 #[path = "support/optional.rs"]
 mod optional;
@@ -48,10 +51,15 @@ fn python() -> String {
 }
 
 fn main() -> ExitCode {
-    let found = Command::new(python()).args(["-c", "import numpy, vtkmodules.vtkIOXML"]).output();
-    let missing = if found.is_ok_and(|output| output.status.success()) { None } else { Some("no Python with vtk") };
-    let trial = |name, test| optional::trial(name, missing, "RIPSTOP_REQUIRE_VTK", test);
+    let found = Command::new(python()).args(["-c", "import jsonschema, numpy, vtkmodules.vtkIOXML"]).output();
+    let missing = if found.is_ok_and(|output| output.status.success()) {
+        None
+    } else {
+        Some("no Python with vtk and jsonschema")
+    };
+    let trial = |name, test| optional::trial(name, missing, "RIPSTOP_REQUIRE_PYTHON", test);
     let tests = vec![
+        trial("the_schema_takes_cases_and_refuses_others", schema),
         trial("a_torn_quarter", || {
             let frames = read_back(&[]);
             assert!(frames[5].alive[0].contains(&0) && !frames[0].alive[0].contains(&0));
@@ -64,6 +72,56 @@ fn main() -> ExitCode {
         }),
     ];
     libtest_mimic::run(&Arguments::from_args(), tests).exit_code()
+}
+
+/// Prints the numbers of the documents that the schema refuses.
+const VALIDATOR: &str = r#"
+import json, sys
+from jsonschema import Draft202012Validator
+schema, documents = json.load(sys.stdin)
+Draft202012Validator.check_schema(schema)
+print([number for number, document in enumerate(documents) if not Draft202012Validator(schema).is_valid(document)])
+"#;
+
+/// Values that make the README's shot a bad case, by pointer.
+const BAD: [(&str, &str); 9] = [
+    ("/zzz", "1"),
+    ("/projectile/mass_gg", "1"),
+    ("/projectile/shape", "\"ogiv\""),
+    ("/projectile/velocity_m_s", "0"),
+    ("/projectile/offset_mm", "[0]"),
+    ("/solver", "{\"courant\": 1.5}"),
+    ("/fabric", "{\"file\": 1}"),
+    ("/pack/plies", "65"),
+    ("/pack/layup", "[]"),
+];
+
+fn schema() {
+    let mut documents = Vec::new();
+    for folder in ["cases", "cases/verify", "cases/stress"] {
+        for path in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).filter(|path| path.is_file()) {
+            if path.extension().is_some_and(|end| end == "json") {
+                documents.push(serde_json::from_str::<Value>(&fs::read_to_string(&path).unwrap()).unwrap());
+                documents.push(case::read(&path, &[]).unwrap().as_run);
+            }
+        }
+    }
+    let good = documents.len();
+    assert!(good > 60, "{good}");
+    let shot: Value = serde_json::from_str(include_str!("../cases/s728-4ply-91.json")).unwrap();
+    for (pointer, value) in BAD {
+        let mut document = shot.clone();
+        let (parent, key) = pointer.rsplit_once('/').unwrap();
+        document.pointer_mut(parent).unwrap()[key] = serde_json::from_str(value).unwrap();
+        documents.push(document);
+    }
+    let mut validator = Command::new(python());
+    let mut child = validator.args(["-c", VALIDATOR]).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
+    serde_json::to_writer(child.stdin.take().unwrap(), &(case::schema(), &documents)).unwrap();
+    let output = child.wait_with_output().unwrap();
+    assert!(output.status.success());
+    let refused: Vec<usize> = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(refused, (good..documents.len()).collect::<Vec<_>>());
 }
 
 /// Writes the frames of a shot with the program, and compares what VTK reads with the frames of the library.
