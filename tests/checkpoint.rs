@@ -35,7 +35,7 @@ fn advance<S: RunScalar>(simulation: &mut Simulation<S>, case: &Case, steps: usi
 /// A checkpoint of a run, as a file named by the steps done.
 fn saved<S: RunScalar>(folder: &TempDir, case: &Case, simulation: &Simulation<S>) -> PathBuf {
     let path = folder.path().join(format!("{}.bin", simulation.state.step));
-    let header = Header::new(case, &Options::default(), 1e-6);
+    let header = Header::new(case, &Options::default().precision(S::PRECISION), 1e-6);
     simulation.save(&header, b"seen", &mut File::create(&path).unwrap()).unwrap();
     path
 }
@@ -194,7 +194,8 @@ fn the_last_good_checkpoint_survives_a_full_disk() {
         complaint.starts_with("no checkpoint at 30.000 µs: ") && complaint.contains("is still there"),
         "{complaint}"
     );
-    assert_eq!((kept(), fs::read_dir(place.path()).unwrap().count()), (20, 2));
+    // With the case and the lock.
+    assert_eq!((kept(), fs::read_dir(place.path()).unwrap().count()), (20, 3));
     // Room again.
     advance(&mut simulation, &case, 20);
     assert_eq!((writer.write(&simulation, &[], 1.0), kept()), (Ok(()), 40));
@@ -262,6 +263,6 @@ fn a_checkpoint_of_another_case_or_precision_is_refused() {
     for case in [&smaller, &pack()] {
         refused(Simulation::<f64>::resume(case, &checkpoint).map(drop), "one that computes something else");
     }
-    refused(Simulation::<f32>::resume(&ply(), &checkpoint).map(drop), "Cpu(F32)");
+    refused(Simulation::<f32>::resume(&ply(), &checkpoint).map(drop), "cpu, f32");
     assert!(Simulation::<f64>::resume(&ply(), &checkpoint).is_ok());
 }

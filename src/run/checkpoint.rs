@@ -208,7 +208,11 @@ impl Checkpoint {
     pub(super) fn state<T: DeserializeOwned>(&self, case: &Case, backend: &BackendId) -> Result<T, CheckpointError> {
         self.check_case(case)?;
         if self.header.backend != *backend {
-            let (expected, found) = ("the backend and precision that the run began with", format!("{backend:?}"));
+            let found = match backend {
+                BackendId::Cpu(precision) => format!("cpu, {}", precision.name()),
+                BackendId::Gpu(adapter) => format!("gpu, {adapter}"),
+            };
+            let expected = "the backend and precision that the run began with";
             return Err(CheckpointError::new(&self.path, expected, found, "let `ripstop resume` choose it"));
         }
         let contents = unpacked(&self.packed).unwrap_or_default();
