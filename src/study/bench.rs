@@ -49,7 +49,8 @@ struct Configuration {
 /// Every configuration for a case: one thing changed at a time.
 fn configurations(case: &Case, gpu: bool) -> Vec<Configuration> {
     let [f64, f32] = [Precision::F64, Precision::F32];
-    let (courant, mesh, graded) = (case.solver.courant, case.pack.crossovers_per_element, case.pack.grading.is_some());
+    let (courant, mesh, graded) =
+        (case.solver.courant, case.pack.crossovers_per_element, case.pack.mesh.grading.is_some());
     let with = |name: &str, precision: Precision, set: Option<String>| Configuration {
         name: name.to_owned(),
         precision,
@@ -207,10 +208,7 @@ fn covers_the_same(base: &Case, case: &Case) -> Result<(), String> {
     let crossovers = |case: &Case| {
         let each = [case.pack.crossovers_per_element, case.pack.elements_per_crossover].map(|count| count as usize);
         let layers = case.layers();
-        layers
-            .iter()
-            .map(|layer| [layer.columns, layer.rows].map(|count| count * each[0] / each[1]))
-            .collect::<Vec<_>>()
+        layers.iter().map(|layer| layer.mesh.count.map(|count| count * each[0] / each[1])).collect::<Vec<_>>()
     };
     if crossovers(base) == crossovers(case) {
         return Ok(());
@@ -265,7 +263,7 @@ mod tests {
             ["/expect=[]", "/pack/width_mm=17.8", "/pack/height_mm=20.3", "/solver/numerics=paper"].map(str::to_owned);
         let mesh = |mesh: u32| paper(&[&size[..], &[format!("/pack/crossovers_per_element={mesh}")]].concat());
         let base = mesh(1)?;
-        assert_eq!((base.pack.columns, base.pack.rows), (14, 16));
+        assert_eq!((base.pack.mesh.count[0], base.pack.mesh.count[1]), (14, 16));
         assert_eq!(covers_the_same(&base, &mesh(2)?), Ok(()));
         assert!(covers_the_same(&base, &mesh(4)?).is_err_and(|why| why.ends_with("do not divide by 4")));
         Ok(())

@@ -64,7 +64,7 @@ fn unstable(device: &'static Device) -> Outcome {
     assert!(["element_force", "node_update", "projectile_contact", "rigid_body"].contains(&found.kernel), "{found:?}");
     let [ply, row, column] = found.place;
     assert!(
-        ply == 0 && row <= case.pack.rows && column <= case.pack.columns && !found.quantity.is_empty(),
+        ply == 0 && row <= case.pack.mesh.count[1] && column <= case.pack.mesh.count[0] && !found.quantity.is_empty(),
         "{found:?}"
     );
     for row in &run.history {
