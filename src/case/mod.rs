@@ -39,8 +39,8 @@ pub use pack::{Edge, Edges, InitialDeflection, Layer, MeshSize, Pack};
 pub use projectile::{Along, Motion, Projectile, Rotation, Shape};
 pub(crate) use provenance::mesh;
 pub use provenance::{Field, Origin, report};
-pub use read::{MAX_BYTES, from_str, from_text, read};
 pub(crate) use read::{converged, realisation};
+pub use read::{from_str, from_text, read};
 pub use schema::{reference, schema};
 pub use solver::{
     Accuracy, Bound, ContactSampling, Expect, Numerics, Output, RunUntil, Solver, StretchSampling, Symmetry,
