@@ -4,7 +4,6 @@ use std::ops::Range;
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
-use tracing::info;
 
 use crate::case::Case;
 use crate::model::mesh::Mesh;
@@ -279,14 +278,6 @@ pub(crate) fn set_up<S: Scalar>(case: &Case, symmetry: bool) -> Result<(Model<S>
     let model = if symmetry { Model::<S>::part(case)? } else { Model::<S>::new(case)? };
     let state = State::new(case, &model);
     check_start(&model, &state)?;
-    info!(
-        plies = model.plies.len(),
-        elements = model.whole_elements(),
-        computed = model.elements(),
-        step_us = model.dt * 1e6,
-        set_by = model.bound.set_by,
-        "model built"
-    );
     Ok((model, state))
 }
 
