@@ -16,8 +16,8 @@ use ripstop::solver::element_totals::field as element;
 use ripstop::solver::node_update::field as node;
 use ripstop::solver::state::State;
 
+use crate::scene::torn;
 use crate::scene::{builtin, finish, run as run_case};
-use crate::support::torn;
 
 /// A ply struck in the middle, whose yarns a test cuts by hand.
 struct Ply {

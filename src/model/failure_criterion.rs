@@ -3,10 +3,10 @@
 //! The strain of a single element under a sharp rim or a point grows as the mesh is refined; its mean along the yarn over a fixed length
 //! converges. Elements narrower than a yarn are no yarns of their own: those side by side in a yarn are judged together, by the root mean
 //! square of these means, and break together. Where they broke one by one, a yarn tore from side to side, and a finer mesh took up more
-//! energy (docs/decisions/11).
+//! energy (docs/decisions/09).
 //!
 //! Along the yarn what lies in the piece breaks with it. Where one row of elements broke alone, yarns side by side that broke a row apart stayed
-//! tied to each other by the node between them, and held on to a projectile or not by chance (docs/decisions/11).
+//! tied to each other by the node between them, and held on to a projectile or not by chance (docs/decisions/09).
 
 use std::ops::Range;
 
@@ -229,11 +229,6 @@ mod tests {
         model.unwrap_or_else(|error| unreachable!("{error}")).ply_types.swap_remove(0)
     }
 
-    /// Windows of a ply type.
-    fn windows(part: bool, sets: &[&str]) -> [Windows; 2] {
-        ply_type(part, sets).windows
-    }
-
     #[test]
     fn what_breaks_together_lies_within_half_the_failure_length() {
         let mesh = [
@@ -269,7 +264,7 @@ mod tests {
             &["/pack/elements_per_crossover=3"],
             &["/pack/mesh_grading=none", "/pack/elements_per_crossover=2"],
         ] {
-            let (whole, part) = (windows(false, sets), windows(true, sets));
+            let [whole, part] = [false, true].map(|part| ply_type(part, sets).windows);
             for axis in 0..2 {
                 let middle = part[axis].across.len();
                 assert_eq!(whole[axis].across.len(), 2 * middle);

@@ -19,31 +19,24 @@ fn the_table_begins_with_the_verdict_and_holds_what_a_reader_asks_for() {
     let verdict = text.lines().filter(|line| !line.is_empty()).nth(1).unwrap();
     assert!(verdict.starts_with("UNDECIDED at 10") && verdict.contains("struck at 600 m/s"), "{verdict}");
     for part in [
-        "lost by the projectile",
         "of 540",
-        "fabric, kinetic",
         "hourglass",
         "contact",
         "friction",
-        "yarn failure",
-        "unaccounted",
         "energy gained",
         "work balance",
         "momentum error",
         "hourglass / internal",
         "fabric inside the projectile",
         "unit cells unsolved",
-        "assumed parameters",
         "/fabric/crossover/gap_mm",
         "576 elements",
         "a quarter, mirrored at x = 0 and y = 0",
         "not skipped  outcome",
-        "set by:",
         "element-steps/s",
         "cpu",
         "pass  elements",
         "out/shot",
-        "history.csv",
         "frames.pvd",
     ] {
         assert!(text.contains(part), "{part} in\n{text}");
