@@ -24,9 +24,9 @@ use cli::failure::CommandFailure;
 fn main() -> ExitCode {
     let done = match Arguments::parse().command {
         Command::Run(arguments) => cli::run::run(&arguments),
-        Command::Resume(arguments) => cli::run::resume(&arguments),
+        Command::Resume { folder, print } => cli::run::resume(&folder, &print),
         Command::New(arguments) => cli::new::new(&arguments),
-        Command::Check(arguments) => cli::check::check(&arguments),
+        Command::Check { cases, sets } => cli::check::check(&cases, &sets),
         Command::Crossover(arguments) => cli::check::crossover(&arguments),
         Command::Bench(arguments) => cli::bench::bench(&arguments),
         Command::Verify(arguments) => cli::bench::verify(&arguments),

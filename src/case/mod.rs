@@ -327,7 +327,8 @@ fn memory(needed: f64, available: Option<f64>) -> Result<(), CaseError> {
     Err(error.help(format!("{SMALLER}, raise history_interval_us, or write no frames")))
 }
 
-fn bytes(count: f64) -> String {
+/// Bytes in the unit that suits.
+pub fn bytes(count: f64) -> String {
     let units = [(1e12, "TB"), (1e9, "GB"), (1e6, "MB")];
     let (size, unit) = units.into_iter().find(|(size, _)| count >= *size).unwrap_or((1e3, "kB"));
     format!("{:.1} {unit}", count / size)

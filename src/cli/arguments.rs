@@ -11,9 +11,9 @@ use ripstop::num::link::Link;
 use ripstop::run::Precision;
 
 use super::bench::{BenchArguments, VerifyArguments};
-use super::check::{CheckArguments, CrossoverArguments};
+use super::check::CrossoverArguments;
 use super::new::NewArguments;
-use super::run::{ResumeArguments, RunArguments};
+use super::run::RunArguments;
 
 /// Largest stretch that is solved.
 const MAX_STRETCH: f64 = 2.0;
@@ -43,9 +43,27 @@ pub(crate) enum Command {
     /// Write a case to start from: fabric, plies, projectile, velocity
     New(NewArguments),
     /// Check cases without running them: every field with its value and source, time step, memory
-    Check(CheckArguments),
+    Check {
+        /// Case files
+        #[arg(value_name = "CASE.json", required = true)]
+        cases: Vec<PathBuf>,
+        /// Change of every case, checked like the file; may be given again
+        #[arg(long = "set", value_name = "/POINTER=VALUE")]
+        sets: Vec<String>,
+    },
     /// Go on with a run from its last checkpoint, to the same results as if it had never stopped
-    Resume(ResumeArguments),
+    #[command(after_help = "Example:
+  ripstop run shot.json --checkpoint-every 10
+  ripstop resume out/shot
+
+All files are those of an uninterrupted run, to the last bit, but for the time it took.")]
+    Resume {
+        /// Folder of the run
+        #[arg(value_name = "DIR")]
+        folder: PathBuf,
+        #[command(flatten)]
+        print: PrintArguments,
+    },
     /// Solve the unit cell over a grid of stretches
     Crossover(CrossoverArguments),
     /// Run time against error of what a user can choose: precision, time step, mesh, unit cell, GPU

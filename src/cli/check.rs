@@ -24,17 +24,6 @@ use super::{backend, result};
 /// Points in one grid of stretches at most.
 const MAX_POINTS: usize = 1_000_000;
 
-/// `ripstop check`
-#[derive(Args, Debug)]
-pub(crate) struct CheckArguments {
-    /// Case files
-    #[arg(value_name = "CASE.json", required = true)]
-    cases: Vec<PathBuf>,
-    /// Change of every case, checked like the file; may be given again
-    #[arg(long = "set", value_name = "/POINTER=VALUE")]
-    sets: Vec<String>,
-}
-
 /// `ripstop crossover`
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
@@ -65,10 +54,10 @@ pub(crate) struct CrossoverArguments {
 }
 
 /// Reports every case; fails if any of them is refused.
-pub(crate) fn check(arguments: &CheckArguments) -> Result<(), CommandFailure> {
+pub(crate) fn check(cases: &[PathBuf], sets: &[String]) -> Result<(), CommandFailure> {
     let mut failures = Vec::new();
-    for path in &arguments.cases {
-        match read(path, &arguments.sets).map_err(Into::into).and_then(|case| report(&case)) {
+    for path in cases {
+        match read(path, sets).map_err(Into::into).and_then(|case| report(&case)) {
             Ok(report) => terminal::print(&format!("{}\n{report}", path.display()))?,
             Err(failure) => failures.push(failure),
         }

@@ -84,21 +84,6 @@ pub(crate) enum Skip {
     All,
 }
 
-/// `ripstop resume`
-#[derive(Args, Debug)]
-#[command(after_help = "Example:
-  ripstop run shot.json --checkpoint-every 10
-  ripstop resume out/shot
-
-All files are those of an uninterrupted run, to the last bit, but for the time it took.")]
-pub(crate) struct ResumeArguments {
-    /// Folder of the run
-    #[arg(value_name = "DIR")]
-    folder: PathBuf,
-    #[command(flatten)]
-    print: PrintArguments,
-}
-
 /// Runs cases one after the other; one that fails does not keep the others from being run.
 pub(crate) fn run(arguments: &RunArguments) -> Result<(), CommandFailure> {
     let interrupted = terminal::watch_interrupts()?;
@@ -172,28 +157,28 @@ pub(crate) fn shoot(
 }
 
 /// Goes on with a run from its last checkpoint.
-pub(crate) fn resume(arguments: &ResumeArguments) -> Result<(), CommandFailure> {
+pub(crate) fn resume(path: &Path, print: &PrintArguments) -> Result<(), CommandFailure> {
     let start = Instant::now();
     let interrupted = terminal::watch_interrupts()?;
-    let path = arguments.folder.join(CHECKPOINT);
-    if !path.exists() {
-        return nothing_to_resume(&arguments.folder, &arguments.print);
+    let checkpoint = path.join(CHECKPOINT);
+    if !checkpoint.exists() {
+        return nothing_to_resume(path, print);
     }
     // First: until the folder is held, another run may write a later checkpoint, or end.
-    let folder = Folder::reopen(&arguments.folder)?;
-    let checkpoint = Checkpoint::open(&path)?;
+    let folder = Folder::reopen(path)?;
+    let checkpoint = Checkpoint::open(&checkpoint)?;
     let head = &checkpoint.header;
-    let mut case = case::read(&arguments.folder.join("case.json"), &[])?;
+    let mut case = case::read(&path.join("case.json"), &[])?;
     case.name.clone_from(&head.case);
     checkpoint.check_case(&case)?;
     let chosen = backend::again(&head.backend)?;
-    say(&arguments.print, &format!("note: goes on from {}", us(head.time)));
-    terminal::begin_bar(&arguments.print);
+    say(print, &format!("note: goes on from {}", us(head.time)));
+    terminal::begin_bar(print);
     let options = chosen.options(head.threads).skips(head.skips).resume(&checkpoint);
     let recorder = (case.output.frames > 0).then(|| {
         let (recorder, lost) = Recorder::resume(&folder, &case, head);
         let begin = |lost: &String| format!("warning: {lost}; the files of frames begin after that");
-        lost.iter().for_each(|lost| say(&arguments.print, &begin(lost)));
+        lost.iter().for_each(|lost| say(print, &begin(lost)));
         recorder
     });
     let kept = if head.report { Animation::from_bytes(&checkpoint.observer) } else { None };
@@ -204,7 +189,7 @@ pub(crate) fn resume(arguments: &ResumeArguments) -> Result<(), CommandFailure> 
     terminal::end_bar();
     let run = run.map_err(|error| CommandFailure::start(&file(&case), &error))?;
     let wall = observer.checkpoint_writer.as_ref().map_or(0.0, |writer| writer.spent(run.loop_seconds).wall);
-    conclude(&case, run, &folder, observer, wall, &arguments.print)
+    conclude(&case, run, &folder, observer, wall, print)
 }
 
 /// A run that has ended is no mistake; a folder without a run is.

@@ -1,5 +1,7 @@
 //! Numbers in words.
 
+pub use crate::case::bytes;
+
 /// At least `digits` significant digits, trailing zeros of a fraction left out; very large and small with an exponent.
 pub fn short(value: f64, digits: i32) -> String {
     if value == 0.0 || !value.is_finite() {
@@ -42,11 +44,4 @@ pub fn grouped(count: u64) -> String {
     let digits = count.to_string();
     let groups = digits.as_bytes().rchunks(3).rev().map(String::from_utf8_lossy);
     groups.collect::<Vec<_>>().join(" ")
-}
-
-/// Bytes in the unit that suits.
-pub fn bytes(count: f64) -> String {
-    let units = [(1e12, "TB"), (1e9, "GB"), (1e6, "MB")];
-    let (size, unit) = units.into_iter().find(|(size, _)| count >= *size).unwrap_or((1e3, "kB"));
-    format!("{:.1} {unit}", count / size)
 }

@@ -119,11 +119,7 @@ pub(super) struct FoundThreshold {
 }
 
 /// Velocity where a search begins [m/s], and its first step in rungs.
-#[derive(Clone, Copy)]
-pub(super) struct Start {
-    pub(super) velocity: f64,
-    pub(super) step: i32,
-}
+type Start = (f64, i32);
 
 /// Threshold of a realisation on the mesh of its case, then on the finer one where `is_refined`. `perforated`: outcome of a shot on a
 /// mesh, where it is known, or why it has none.
@@ -157,7 +153,7 @@ pub(super) fn threshold(
         Ok(perforated)
     };
     let mut search = || {
-        let [low, high] = bracket(rungs, rungs.nearest(start.velocity), start.step, &mut seen)?;
+        let [low, high] = bracket(rungs, rungs.nearest(start.0), start.1, &mut seen)?;
         let further = if realisation < FURTHER.0 { FURTHER.1 } else { &[] };
         let further = further.iter().map(|part| rungs.nearest(rungs.velocity(high) * part));
         [low - BESIDE, high + BESIDE].into_iter().chain(further).try_for_each(|rung| seen(rung).map(drop))?;
@@ -282,12 +278,12 @@ impl Campaign<'_> {
         middles.sort_by(f64::total_cmp);
         if middles.is_empty() {
             let velocity = self.meshes[0].case.projectile.as_ref().map_or(100.0, |projectile| projectile.velocity);
-            return Start { velocity, step: (FIRST_STEP / width).round() as i32 };
+            return (velocity, (FIRST_STEP / width).round() as i32);
         }
         let velocity = middles[middles.len() / 2];
         let mean = middles.iter().sum::<f64>() / middles.len() as f64;
         let square = middles.iter().map(|middle| (middle - mean).powi(2)).sum::<f64>() / middles.len() as f64;
-        Start { velocity, step: (square.sqrt() / (width * mean)).round() as i32 }
+        (velocity, (square.sqrt() / (width * mean)).round() as i32)
     }
 
     /// Thresholds of some realisations: each on a thread, or all together on a device.
@@ -365,7 +361,7 @@ mod tests {
                 let velocity = order.velocity.unwrap_or_default();
                 fired.contains(&order).then(|| Ok(perforates(velocity)))
             };
-            match threshold(realisation, RUNGS, Start { velocity: 170.0, step: 4 }, false, outcome) {
+            match threshold(realisation, RUNGS, (170.0, 4), false, outcome) {
                 Ok(found) => {
                     let rungs = fired.iter().map(|order| RUNGS.nearest(order.velocity.unwrap_or_default()));
                     return (found, rungs.collect());
