@@ -64,10 +64,7 @@ pub enum Precision {
 impl Precision {
     /// `f64` or `f32`.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::F64 => f64::NAME,
-            Self::F32 => f32::NAME,
-        }
+        [f64::NAME, f32::NAME][self as usize]
     }
 }
 

@@ -353,8 +353,8 @@ fn whole_events<S: Scalar>(model: &Model<S>, events: Vec<FailureEvent>) -> Vec<F
         return events;
     }
     let images = |event: FailureEvent| {
-        let images = model.ply_type(event.ply as usize).mesh.images([event.i as usize, event.j as usize]);
-        images.map(move |[column, row]| FailureEvent { i: column as u32, j: row as u32, ..event })
+        let images = model.ply_type(event.ply as usize).mesh.images([event.i as usize, event.j as usize], 1);
+        images.map(move |([column, row], _)| FailureEvent { i: column as u32, j: row as u32, ..event })
     };
     let mut all: Vec<_> = events.into_iter().flat_map(images).collect();
     all.sort_by_key(|e| (e.step, e.ply, e.j, e.i, e.yarn));

@@ -322,7 +322,7 @@ pub fn line(ply_type: &PlyType<f32>, from: &Vector3<f64>, axis: usize, line: usi
         place: (if line > last { place(last) + width * mesh.length[axis] } else { place(line) }) as f32,
         width: width as f32,
         per_width: (1.0 / width) as f32,
-        share: if line > last { 0.0 } else { mesh.share(axis, line) as f32 },
+        share: if line > last { 0.0 } else { mesh.lines[axis].share(line) as f32 },
         yarn_first: yarn.start as f32,
         yarn_end: yarn.end as f32,
         breaking_first: breaking.start as f32,
