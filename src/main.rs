@@ -22,11 +22,7 @@ use cli::arguments::{Arguments, Command};
 use cli::failure::CommandFailure;
 
 fn main() -> ExitCode {
-    let arguments = Arguments::parse();
-    if let Err(failure) = cli::terminal::start_log(arguments.verbose) {
-        return failure.report();
-    }
-    let done = match arguments.command {
+    let done = match Arguments::parse().command {
         Command::Run(arguments) => cli::run::run(&arguments),
         Command::Resume(arguments) => cli::run::resume(&arguments),
         Command::New(arguments) => cli::new::new(&arguments),
@@ -38,10 +34,10 @@ fn main() -> ExitCode {
         Command::Shots(arguments) => cli::studies::shots(&arguments),
         Command::V50(arguments) => cli::studies::v50(&arguments),
         Command::Sweep(arguments) => cli::studies::sweep(&arguments),
-        Command::Info(arguments) => cli::check::info(&arguments),
-        Command::Schema(arguments) => cli::check::schema(&arguments),
-        Command::Explain(arguments) => cli::check::explain(&arguments),
-        Command::Completions(arguments) => cli::check::completions(&arguments),
+        Command::Info { case } => cli::check::info(case.as_deref()),
+        Command::Schema { markdown } => cli::check::schema(markdown),
+        Command::Explain { code } => cli::check::explain(code.as_deref()),
+        Command::Completions { shell } => cli::check::completions(shell),
     };
     done.map_or_else(CommandFailure::report, |()| ExitCode::SUCCESS)
 }

@@ -15,7 +15,7 @@ use ripstop::physics::projectile_body::Body;
 use ripstop::physics::rigid_body::RigidBody;
 use ripstop::run::{Precision, Run};
 use ripstop::solver::edge_contact::{EdgeConstraint, EdgeContact, SHARED};
-use ripstop::solver::projectile_contact::{self, ContactPoint, ContactTotals};
+use ripstop::solver::projectile_contact::{ContactPoint, resolve};
 
 use crate::scene::{builtin, run, run_as, shipped};
 
@@ -24,10 +24,10 @@ const BODY: f64 = 3e-3;
 /// Height of its face over its centre [m].
 const NOSE: f64 = 0.02105;
 
-fn point([x, y]: [f64; 2], normal: [f64; 3], velocity: [f64; 3], mass: f64, gap: f64) -> ContactPoint {
+fn point([x, y]: [f64; 2], velocity: [f64; 3], mass: f64, gap: f64) -> ContactPoint {
     let mut p = ContactPoint {
         signed_distance: gap,
-        normal: Vector3::from(normal).normalize(),
+        normal: Vector3::z(),
         arm: Vector3::new(x, y, NOSE),
         before: Vector3::from(velocity),
         free: Vector3::from(velocity),
@@ -40,68 +40,21 @@ fn point([x, y]: [f64; 2], normal: [f64; 3], velocity: [f64; 3], mass: f64, gap:
     p
 }
 
-/// A node on the axis that nothing moves sideways.
-fn middle(velocity: [f64; 3], mass: f64, gap: f64) -> ContactPoint {
-    point([0.0; 2], [0.0, 0.0, 1.0], velocity, mass, gap)
-}
-
-/// Resolves contact with the same friction everywhere.
-fn resolve(body: &mut RigidBody, points: &mut [ContactPoint], friction: f64, dt: f64) -> ContactTotals {
-    points.iter_mut().for_each(|p| p.friction = friction);
-    projectile_contact::resolve(body, points, &mut EdgeContact::default(), dt)
-}
-
 /// A 3 g cylinder flying along Z at 100 m/s.
-fn cylinder(sets: &[&str]) -> RigidBody {
-    let projectile = builtin("cases/verify/first-drop.json", sets).projectile.unwrap();
+fn cylinder() -> RigidBody {
+    let projectile = builtin("cases/verify/first-drop.json", &[]).projectile.unwrap();
     let mut out = RigidBody::new(&projectile, Body::new(&projectile).unwrap(), 1e-3);
     out.velocity = Vector3::new(0.0, 0.0, 100.0);
     out
 }
 
-fn momentum(body: &RigidBody, points: &[ContactPoint]) -> (Vector3<f64>, Vector3<f64>) {
-    let mut out = (body.velocity * body.mass, body.angular_momentum);
-    for p in points {
-        out.0 += p.velocity() * p.mass;
-        out.1 += p.arm.cross(&(p.velocity() * p.mass));
-    }
-    out
-}
-
-/// Both momenta to the round-off of sums of about 0.3 kg·m/s and 1e-4 kg·m²/s.
-#[track_caller]
-fn same_momentum(before: (Vector3<f64>, Vector3<f64>), after: (Vector3<f64>, Vector3<f64>)) {
-    assert!((before.0 - after.0).norm() < 1e-15 && (before.1 - after.1).norm() < 1e-17, "{before:?} {after:?}");
-}
-
-#[test]
-fn a_set_of_nodes_shares_the_normal_velocity_and_conserves_both_momenta() {
-    let mut body = cylinder(&[]);
-    body.angular_momentum = Vector3::new(1e-5, -2e-5, 3e-6);
-    let mut points = vec![
-        point([0.001, 0.002], [0.0, 0.0, 1.0], [3.0, 1.0, -5.0], 4e-5, 0.0),
-        point([-0.002, 0.001], [0.0, 0.1, 1.0], [0.0, 0.0, 20.0], 6e-5, 0.0),
-        point([0.0, -0.0015], [0.05, 0.0, 1.0], [0.0, 2.0, 0.0], 5e-5, 0.0),
-        middle([0.0, 0.0, 400.0], 5e-5, 0.0),
-    ];
-    let before = momentum(&body, &points);
-    let totals = resolve(&mut body, &mut points, 0.3, 1e-7);
-    same_momentum(before, momentum(&body, &points));
-    for p in &points[..3] {
-        let relative = (p.velocity() - body.twist().at(&p.arm)).dot(&p.normal);
-        assert!(p.normal_impulse > 0.0 && relative.abs() < 1e-9, "{relative}");
-        assert!(p.friction_impulse.norm() <= 0.3 * p.normal_impulse * (1.0 + 1e-6), "friction beyond μN");
-    }
-    assert!(points[3].normal_impulse == 0.0 && points[3].velocity().z == 400.0, "a faster node is let go");
-    assert!(totals.dissipation > 0.0 && totals.friction > 0.0);
-}
-
 #[test]
 fn energy_lost_is_that_of_an_inelastic_impact() {
     for (mass, speed) in [(3e-5, 100.0), (3e-3, 100.0), (1.0, 100.0), (3e-5, 1e-3)] {
-        let mut body = cylinder(&[]);
+        let mut body = cylinder();
         body.velocity.z = speed;
-        let totals = resolve(&mut body, &mut [middle([0.0; 3], mass, 0.0)], 0.0, 1e-7);
+        let mut node = [point([0.0; 2], [0.0; 3], mass, 0.0)];
+        let totals = resolve(&mut body, &mut node, &mut EdgeContact::default(), 1e-7);
         let reduced = mass * body.mass / (mass + body.mass);
         assert!((totals.dissipation / (0.5 * reduced * speed * speed) - 1.0).abs() < 1e-12);
         assert!((body.velocity.z / (speed / (1.0 + mass / body.mass)) - 1.0).abs() < 1e-12);
@@ -109,29 +62,24 @@ fn energy_lost_is_that_of_an_inelastic_impact() {
 }
 
 #[test]
-fn a_gap_is_closed_exactly_and_one_that_stays_open_is_left_alone() {
-    let dt = 2e-7;
-    for (gap, touches) in [(5e-6, true), (19.9e-6, true), (20.1e-6, false)] {
-        let (mut body, mut points) = (cylinder(&[]), [middle([0.0; 3], 1e-7, gap)]);
-        resolve(&mut body, &mut points, 0.0, dt);
-        let left = gap + dt * (points[0].velocity().z - body.velocity.z);
-        assert_eq!(points[0].normal_impulse > 0.0, touches, "gap {gap}");
-        assert!(left > -1e-18 && (!touches || left < 1e-18), "gap {gap}: {left}");
-    }
-}
-
-#[test]
 fn a_point_on_an_edge_moves_both_nodes_and_conserves_both_momenta() {
-    let mut body = cylinder(&[]);
+    let mut body = cylinder();
     body.angular_momentum = Vector3::new(1e-5, -2e-5, 3e-6);
-    let at = |x: f64| point([x, 0.001], [0.0, 0.0, 1.0], [1.0, 2.0, 0.0], 4e-5, f64::INFINITY);
-    let mut points = vec![at(0.002), at(0.003), point([0.00225, 0.001], [0.0, 0.0, 1.0], [0.0; 3], 1.0, 0.0)];
+    let at = |x: f64| point([x, 0.001], [1.0, 2.0, 0.0], 4e-5, f64::INFINITY);
+    let mut points = vec![at(0.002), at(0.003), point([0.00225, 0.001], [0.0; 3], 1.0, 0.0)];
     points.iter_mut().for_each(|p| (p.shared, p.friction) = (true, 0.1));
     let mut rim = EdgeContact::default();
     rim.constraints.push(EdgeConstraint { nodes: [0, 1], weights: [0.75, 0.25] });
+    let momentum = |body: &RigidBody, nodes: &[ContactPoint]| {
+        let of = |p: &ContactPoint| p.velocity() * p.mass;
+        let along = body.velocity * body.mass + nodes.iter().map(of).sum::<Vector3<f64>>();
+        (along, body.angular_momentum + nodes.iter().map(|p| p.arm.cross(&of(p))).sum::<Vector3<f64>>())
+    };
     let before = momentum(&body, &points[..2]);
-    let totals = projectile_contact::resolve(&mut body, &mut points, &mut rim, 1e-7);
-    same_momentum(before, momentum(&body, &points[..2]));
+    let totals = resolve(&mut body, &mut points, &mut rim, 1e-7);
+    let after = momentum(&body, &points[..2]);
+    // To the round-off of sums of about 0.3 kg·m/s and 1e-4 kg·m²/s.
+    assert!((before.0 - after.0).norm() < 1e-15 && (before.1 - after.1).norm() < 1e-17, "{before:?} {after:?}");
     let (near, far) = (points[0].velocity(), points[1].velocity());
     // Impulses as the weights, and the point on the rim keeps up with it but for its compliance.
     assert!(((far.z / near.z) - 1.0 / 3.0).abs() < 1e-9, "{near} {far}");

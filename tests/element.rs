@@ -11,7 +11,6 @@ mod failure;
 use ripstop::case::{Case, Law, StretchSampling};
 use ripstop::num::scalar::Scalar;
 use ripstop::physics::membrane::{FOLDED_STRETCH, LONGEST_LEVER};
-use ripstop::solver::element_totals::field as element;
 
 use crate::support::patch::{Patch, Sums, Vector, affine, bare, case, difference, dot, graded, length};
 use crate::support::{Random, SOLVER_LAWS, Worst};
@@ -221,16 +220,6 @@ fn a_linear_field_leaves_interior_nodes_without_force_and_costs_no_hourglass() {
     patch.set_displacements(&both);
     let together = patch.evaluate(0.0).hourglass;
     assert!((together / alone - 1.0).abs() < 1e-13 && alone > 0.0, "{together} {alone}");
-}
-
-/// Heights are remembered: the next solve starts where the last one ended.
-#[test]
-fn heights_of_the_last_solve_are_kept_for_the_next() {
-    let mut patch = Patch::<f64>::new(&unbreakable(case(1, 1)));
-    patch.deform([1.03, 0.0, 0.0], [0.0, 1.02, 0.0]);
-    let mut iterations = || patch.evaluate_rows(0.0).iter().map(|t| t.iterations).sum::<f64>();
-    assert!(iterations() > 1.0 && iterations() == 1.0);
-    assert!((0..2).all(|i| patch.state.elements.get(0, element::HEIGHT + i, 1) > 1e-5));
 }
 
 /// Largest error of the forces against −∂W/∂x by central differences, over the largest force.

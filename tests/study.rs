@@ -8,7 +8,7 @@ mod coverage;
 mod estimation;
 mod variability;
 
-use ripstop::study::binary_response::{Outcomes, Shot};
+use ripstop::study::binary_response::{Group, Outcomes};
 use ripstop::study::interval::Bounds;
 
 /// Wu & Tian 2014, Table 1: range 0 to 22, σ guessed as 3.
@@ -21,17 +21,14 @@ const GONOGO: &str = "11.7106/1 11.40675/1 11.15419/0 12.46178/1 12.27455/1 12.1
 const NEYER: &str = "1/0 1.2/0 1.4/0 1.8/0 2.6/0 4.2/1 3.4/0 3.8/0 4/0 4.1/0 4.28/0 4.52/0 5.55/1 5.24/0 6.37/1 6.08/0 7.38/1 \
                      7.09/1 6.89/1 6.74/1";
 
-/// Shots written as velocity/outcome.
-fn shots(text: &str) -> Vec<Shot> {
+/// Outcomes of shots written as velocity/outcome.
+fn outcomes(text: &str) -> Outcomes {
     let shot = |word: &str| {
         let (velocity, outcome) = word.split_once('/').unwrap();
-        Shot { velocity: velocity.parse().unwrap(), perforated: outcome == "1" }
+        let perforated = u64::from(outcome == "1");
+        Group { velocity: velocity.parse().unwrap(), perforated, stopped: 1 - perforated }
     };
-    text.split_whitespace().map(shot).collect()
-}
-
-fn outcomes(text: &str) -> Outcomes {
-    shots(text).iter().collect()
+    Outcomes::new(text.split_whitespace().map(shot))
 }
 
 /// Whether a value lies inside an interval.

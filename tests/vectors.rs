@@ -74,15 +74,10 @@ fn shot(more: &[&str]) -> Case {
 #[test]
 fn every_kind_of_register_gives_the_same_bits() {
     assert_eq!(Vectors::all().last().unwrap().name(), "scalar");
-    same_on_all::<f64>(&shot(&[]), 130);
-    same_on_all::<f32>(&shot(&[]), 130);
-}
-
-#[test]
-fn the_variational_law_gives_the_same_bits() {
-    let case = shot(&["/fabric/crossover/law=variational"]);
-    same_on_all::<f64>(&case, 60);
-    same_on_all::<f32>(&case, 60);
+    for (case, steps) in [(shot(&[]), 130), (shot(&["/fabric/crossover/law=variational"]), 60)] {
+        same_on_all::<f64>(&case, steps);
+        same_on_all::<f32>(&case, steps);
+    }
 }
 
 /// Largest and smallest of pairs in registers like `n` are those of one number alone, to the sign of a zero and whatever is not a

@@ -5,15 +5,14 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use clap::builder::RangedU64ValueParser;
-use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap_complete::Shell;
 use ripstop::case::{self, Case, CaseError};
 use ripstop::num::link::Link;
 use ripstop::run::Precision;
 
 use super::bench::{BenchArguments, VerifyArguments};
-use super::check::{
-    CheckArguments, CompletionsArguments, CrossoverArguments, ExplainArguments, InfoArguments, SchemaArguments,
-};
+use super::check::{CheckArguments, CrossoverArguments};
 use super::failure::CommandFailure;
 use super::new::NewArguments;
 use super::run::{ResumeArguments, RunArguments};
@@ -36,9 +35,6 @@ pub(crate) struct Arguments {
     /// Command
     #[command(subcommand)]
     pub(crate) command: Command,
-    /// Say on standard error what is done; -vv says more. RIPSTOP_LOG takes filters, such as ripstop::run::record=debug
-    #[arg(long, short, global = true, action = ArgAction::Count)]
-    pub(crate) verbose: u8,
 }
 
 /// The commands.
@@ -67,13 +63,40 @@ pub(crate) enum Command {
     /// Shots or a V50 at every point of a grid over any keys of a case
     Sweep(SweepArguments),
     /// Processor, adapters and memory of this machine, and the choice of `--backend auto`
-    Info(InfoArguments),
+    Info {
+        /// Also say which terms this case has, which kernels run and what memory a GPU needs
+        #[arg(value_name = "CASE.json")]
+        case: Option<PathBuf>,
+    },
     /// JSON Schema of the case file
-    Schema(SchemaArguments),
+    #[command(after_help = "Examples:
+  ripstop schema > ripstop.schema.json
+  ripstop schema --markdown > keys.md")]
+    Schema {
+        /// Print tables of every key in Markdown instead, for people
+        #[arg(long)]
+        markdown: bool,
+    },
     /// Meaning of an exit code or a warning, and what to do
-    Explain(ExplainArguments),
+    #[command(after_help = "Examples:
+  ripstop explain
+  ripstop explain W3
+  ripstop explain 130")]
+    Explain {
+        /// Exit code (0, 1, 2, 3, 130), or code or name of a warning (W1, energy) [default: all, in a list]
+        #[arg(value_name = "EXIT|WARNING")]
+        code: Option<String>,
+    },
     /// Completion script for a shell
-    Completions(CompletionsArguments),
+    #[command(after_help = "Examples:
+  ripstop completions bash > ~/.local/share/bash-completion/completions/ripstop
+  ripstop completions zsh > ~/.zfunc/_ripstop
+  ripstop completions fish > ~/.config/fish/completions/ripstop.fish")]
+    Completions {
+        /// Shell
+        #[arg(value_enum)]
+        shell: Shell,
+    },
 }
 
 /// Backend and threads.

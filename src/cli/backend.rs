@@ -3,7 +3,6 @@
 use ripstop::gpu::{self, Adapter, Device, DeviceError};
 use ripstop::run::checkpoint::BackendId;
 use ripstop::run::{self, Precision};
-use tracing::info;
 
 use super::arguments::{BackendArguments, BackendChoice, PrintArguments};
 use super::failure::CommandFailure;
@@ -50,7 +49,7 @@ pub(crate) fn choose(
         cpu()
     };
     let in_double = asked == Some(Precision::F64);
-    let chosen = match (arguments.backend.unwrap_or(usual), arguments.adapter.as_deref()) {
+    match (arguments.backend.unwrap_or(usual), arguments.adapter.as_deref()) {
         (BackendChoice::Cpu, Some(_)) => {
             Err(CommandFailure::expected("--adapter", "--backend gpu or auto", "--backend cpu"))
         }
@@ -77,10 +76,7 @@ pub(crate) fn choose(
                 },
             }
         }
-    }?;
-    let backend = if chosen.device.is_some() { "gpu" } else { "cpu" };
-    info!(backend, adapter = chosen.device.as_ref().map(Device::name), "backend chosen");
-    Ok(chosen)
+    }
 }
 
 fn refused(error: DeviceError) -> CommandFailure {

@@ -1,6 +1,6 @@
 //! Commands that run nothing: `ripstop check`, `info`, `schema`, `completions`, `explain` and `crossover`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, CommandFactory, ValueEnum};
 use clap_complete::Shell;
@@ -33,49 +33,6 @@ pub(crate) struct CheckArguments {
     /// Change of every case, checked like the file; may be given again
     #[arg(long = "set", value_name = "/POINTER=VALUE")]
     sets: Vec<String>,
-}
-
-/// `ripstop info`
-#[derive(Args, Debug)]
-pub(crate) struct InfoArguments {
-    /// Also say which terms this case has, which kernels run and what memory a GPU needs
-    #[arg(value_name = "CASE.json")]
-    case: Option<PathBuf>,
-}
-
-/// `ripstop schema`
-#[derive(Args, Debug)]
-#[command(after_help = "Examples:
-  ripstop schema > ripstop.schema.json
-  ripstop schema --markdown > keys.md")]
-pub(crate) struct SchemaArguments {
-    /// Print tables of every key in Markdown instead, for people
-    #[arg(long)]
-    markdown: bool,
-}
-
-/// `ripstop completions`
-#[derive(Args, Debug)]
-#[command(after_help = "Examples:
-  ripstop completions bash > ~/.local/share/bash-completion/completions/ripstop
-  ripstop completions zsh > ~/.zfunc/_ripstop
-  ripstop completions fish > ~/.config/fish/completions/ripstop.fish")]
-pub(crate) struct CompletionsArguments {
-    /// Shell
-    #[arg(value_enum)]
-    shell: Shell,
-}
-
-/// `ripstop explain`
-#[derive(Args, Debug)]
-#[command(after_help = "Examples:
-  ripstop explain
-  ripstop explain W3
-  ripstop explain 130")]
-pub(crate) struct ExplainArguments {
-    /// Exit code (0, 1, 2, 3, 130), or code or name of a warning (W1, energy) [default: all, in a list]
-    #[arg(value_name = "EXIT|WARNING")]
-    code: Option<String>,
 }
 
 /// `ripstop crossover`
@@ -150,8 +107,8 @@ fn the_run(case: &Case, simulation: &Simulation<f64>) -> TextTable {
 }
 
 /// Prints what this machine offers, and what a case needs of it.
-pub(crate) fn info(arguments: &InfoArguments) -> Result<(), CommandFailure> {
-    let case = arguments.case.as_deref().map(|path| case::read(path, &[])).transpose()?;
+pub(crate) fn info(case: Option<&Path>) -> Result<(), CommandFailure> {
+    let case = case.map(|path| case::read(path, &[])).transpose()?;
     let refresh = RefreshKind::nothing().with_cpu(CpuRefreshKind::nothing());
     let system = System::new_with_specifics(refresh.with_memory(MemoryRefreshKind::nothing().with_ram()));
     let processor = system.cpus().first().map_or("", |cpu| cpu.brand().trim()).to_owned();
@@ -191,17 +148,17 @@ pub(crate) fn info(arguments: &InfoArguments) -> Result<(), CommandFailure> {
 }
 
 /// Prints the JSON Schema of the case file, or its keys as tables.
-pub(crate) fn schema(arguments: &SchemaArguments) -> Result<(), CommandFailure> {
-    terminal::print(&match arguments.markdown {
+pub(crate) fn schema(markdown: bool) -> Result<(), CommandFailure> {
+    terminal::print(&match markdown {
         true => case::reference(),
         false => format!("{:#}\n", case::schema()),
     })
 }
 
 /// Prints the script with which a shell completes commands, options and their values.
-pub(crate) fn completions(arguments: &CompletionsArguments) -> Result<(), CommandFailure> {
+pub(crate) fn completions(shell: Shell) -> Result<(), CommandFailure> {
     let mut script = Vec::new();
-    clap_complete::generate(arguments.shell, &mut Arguments::command(), "ripstop", &mut script);
+    clap_complete::generate(shell, &mut Arguments::command(), "ripstop", &mut script);
     terminal::print(&String::from_utf8_lossy(&script))
 }
 
@@ -240,8 +197,8 @@ const EXITS: [[&str; 4]; 5] = [
 ];
 
 /// Explains one code, or lists all.
-pub(crate) fn explain(arguments: &ExplainArguments) -> Result<(), CommandFailure> {
-    let Some(code) = &arguments.code else {
+pub(crate) fn explain(code: Option<&str>) -> Result<(), CommandFailure> {
+    let Some(code) = code else {
         let exits = TextTable::pairs(EXITS.map(|[code, name, ..]| (code, name.to_owned())));
         let kinds = warnings::KINDS
             .each_ref()

@@ -6,9 +6,7 @@ use std::process::ExitCode;
 use ripstop::case::CaseError;
 use ripstop::gpu::DeviceError;
 use ripstop::model::ModelError;
-use ripstop::output::OutputError;
 use ripstop::run::RunError;
-use ripstop::run::checkpoint::CheckpointError;
 
 use super::terminal;
 
@@ -95,20 +93,9 @@ impl CommandFailure {
     }
 }
 
-impl From<CaseError> for CommandFailure {
-    fn from(error: CaseError) -> Self {
-        Self::input(error.to_string())
-    }
-}
-
-impl From<CheckpointError> for CommandFailure {
-    fn from(error: CheckpointError) -> Self {
-        Self::input(error.to_string())
-    }
-}
-
-impl From<OutputError> for CommandFailure {
-    fn from(error: OutputError) -> Self {
+/// Errors of the library are of input or output; one of a device goes through [`CommandFailure::device`].
+impl<E: std::error::Error> From<E> for CommandFailure {
+    fn from(error: E) -> Self {
         Self::input(error.to_string())
     }
 }

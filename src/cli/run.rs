@@ -7,7 +7,6 @@ use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use ripstop::case::{self, Case};
-use ripstop::output::checks::case_warnings;
 use ripstop::output::expect::{Judgement, judgement};
 use ripstop::output::frames::Recorder;
 use ripstop::output::number::us;
@@ -16,7 +15,6 @@ use ripstop::output::{self, Animation, CHECKPOINT, CheckpointWriter, Folder, Sta
 use ripstop::run::checkpoint::{Checkpoint, Checkpointable, Header};
 use ripstop::run::{self, Observer, Options, Precision, Progress, Run, RunError, Skips, View};
 use serde_json::Value;
-use tracing::{info, warn};
 
 use super::arguments::{BackendArguments, BackendChoice, PrintArguments, Source, interval};
 use super::failure::CommandFailure;
@@ -139,10 +137,6 @@ pub(crate) fn shoot(
     interrupted: &AtomicBool,
 ) -> Result<(), CommandFailure> {
     let start = Instant::now();
-    info!(file = file(case), fields = case.fields.len(), changes = arguments.sets.len(), "case read");
-    for warning in case_warnings(case) {
-        warn!(code = warning.kind.code, "{}", warning.message);
-    }
     let chosen = backend::choose(&arguments.backend, BackendChoice::Auto, arguments.precision, &arguments.print)?;
     let folder = Folder::prepare(out, case)?;
     case.notes.iter().for_each(|note| say(&arguments.print, &format!("note: {note}")));
@@ -248,7 +242,6 @@ fn conclude(
     let written = folder.write(case, &run, &summary, page, &frames);
     let files = written.as_ref().ok().map(|names| (folder.path(), names.as_slice()));
     terminal::show(print, &summary, || result::text(case, &run, &summary, files))?;
-    info!(folder = %folder.path().display(), files = ?written.as_deref().unwrap_or_default(), "files written");
     written?;
     let goes_on = (run.interrupted || run.lost.is_some())
         && checkpoint_writer.as_ref().is_some_and(|writer| writer.kept.is_some());

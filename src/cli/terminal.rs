@@ -1,4 +1,4 @@
-//! The terminal: standard output and error, colour, tables, the progress bar, the log, Ctrl-C.
+//! The terminal: standard output and error, colour, tables, the progress bar, Ctrl-C.
 //!
 //! A reader that has gone away (`| head`) is no error. Colour and bar are for terminals; `NO_COLOR` and `CLICOLOR=0` turn colour off.
 
@@ -8,22 +8,16 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, LazyLock};
 
 pub(crate) use console::Alignment as Align;
-use console::{Style, colors_enabled_stderr, measure_text_width, pad_str, style};
+use console::{Style, measure_text_width, pad_str, style};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use ripstop::run::Progress;
 use serde_json::Value;
-use tracing_subscriber::filter::Targets;
-use tracing_subscriber::fmt::{layer, time};
-use tracing_subscriber::layer::SubscriberExt as _;
-use tracing_subscriber::util::SubscriberInitExt as _;
 
 use super::arguments::PrintArguments;
 use super::failure::{CommandFailure, INTERRUPTED};
 
 /// Ticks of the bar of a run.
 const LENGTH: f64 = 1000.0;
-/// Variable with the filter of the log, used where no `-v` is given.
-const LOG: &str = "RIPSTOP_LOG";
 
 /// The bar on standard error; hidden until it is wanted, and where that is no terminal.
 static BAR: LazyLock<ProgressBar> = LazyLock::new(ProgressBar::hidden);
@@ -146,9 +140,9 @@ impl fmt::Display for TextTable {
     }
 }
 
-/// Shows the bar from now on if it is wanted; beside a log there is none.
+/// Shows the bar from now on if it is wanted.
 pub(crate) fn begin_bar(print_as: &PrintArguments) {
-    if print_as.quiet || tracing::enabled!(tracing::Level::INFO) {
+    if print_as.quiet {
         return;
     }
     if let Ok(style) = ProgressStyle::with_template("{prefix}{wide_bar:.cyan} {msg}  ≤ {eta} left") {
@@ -188,28 +182,6 @@ pub(crate) fn show_count(done: u32, of: u32, unit: &str) {
 pub(crate) fn end_bar() {
     BAR.finish_and_clear();
     BAR.set_draw_target(ProgressDrawTarget::hidden());
-}
-
-/// Starts the log on standard error. Without `-v` and variable there is none, and its messages cost nothing.
-pub(crate) fn start_log(verbose: u8) -> Result<(), CommandFailure> {
-    let filter = match verbose {
-        0 => std::env::var(LOG).unwrap_or_default(),
-        1 => "ripstop=info".to_owned(),
-        2 => "ripstop=debug".to_owned(),
-        _ => "ripstop=trace".to_owned(),
-    };
-    if filter.is_empty() {
-        return Ok(());
-    }
-    let wrong = |found: String| {
-        let expected = "a level (info, debug, trace), or parts and levels as in ripstop::run::record=debug";
-        let help = "-v and -vv are the same as ripstop=info and ripstop=debug";
-        CommandFailure::expected(LOG, expected, found).help(help)
-    };
-    let targets = filter.parse::<Targets>().map_err(|error| wrong(format!("{filter:?}: {error}")))?;
-    let log = layer().with_writer(io::stderr).with_timer(time::uptime()).with_ansi(colors_enabled_stderr());
-    let log = tracing_subscriber::registry().with(targets).with(log.with_target(false));
-    log.try_init().map_err(|error| wrong(error.to_string()))
 }
 
 /// A flag that the first Ctrl-C (or a polite request to terminate) raises. The second ends the program.

@@ -3,10 +3,10 @@
 //! The strain of a single element under a sharp rim or a point grows as the mesh is refined; its mean along the yarn over a fixed length
 //! converges. Elements narrower than a yarn are no yarns of their own: those side by side in a yarn are judged together, by the root mean
 //! square of these means, and break together. Where they broke one by one, a yarn tore from side to side, and a finer mesh took up more
-//! energy (docs/decisions/11).
+//! energy (docs/decisions/09).
 //!
 //! Along the yarn what lies in the piece breaks with it. Where one row of elements broke alone, yarns side by side that broke a row apart stayed
-//! tied to each other by the node between them, and held on to a projectile or not by chance (docs/decisions/11).
+//! tied to each other by the node between them, and held on to a projectile or not by chance (docs/decisions/09).
 
 use std::ops::Range;
 

@@ -136,7 +136,7 @@ impl<S: Scalar> PlyType<S> {
 /// Length of an element above which the shock viscosity of smooth waves grows no more [crossovers]. In proportion to the length of coarse
 /// elements it takes 5 of 154 J of a shot at four plies; without more than this, fronts ring there and break yarns at the frame. So
 /// the viscosity of the whole length comes in with the steepness of the front. In crossovers, so that finer elements around the hit
-/// change nothing beyond them (docs/decisions/08).
+/// change nothing beyond them (docs/decisions/07).
 const VISCOUS_LENGTH: f64 = 1.0;
 /// Stretch that a front adds while it crosses an element, and from which the viscosity of the whole length acts [-]: about what breaks an
 /// aramid, so that it grows with the square of the rate up to failure. One number for all, for elastic waves know of no failure.

@@ -16,7 +16,7 @@ use crate::physics::rigid_body::Cut;
 /// of which stretches yarns by ½ k x² without account: a fifth made 1.6 % of the energy of a corner hit.
 pub const POSITION_CORRECTION: f64 = 0.05;
 /// Time in which a penetration is driven out, were it left alone [s]. Yarns of plies held close to the hit pull nodes back at once, and each
-/// step's work against them is lost in contact: with short steps and no such time a corner hit gained 6.6 % of its energy (docs/decisions/15).
+/// step's work against them is lost in contact: with short steps and no such time a corner hit gained 6.6 % of its energy (docs/decisions/11).
 pub const RECOVERY_TIME: f64 = 3.5e-6;
 /// Fraction of what is deeper than [`DEEP`] that is driven out besides: a node so deep must not get to the other side.
 pub const DEEP_RECOVERY: f64 = 0.15;

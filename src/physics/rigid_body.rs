@@ -355,26 +355,4 @@ mod tests {
         assert!(body(|p| p.rotation = Rotation::Locked).locked && !body(|_| ()).locked);
         assert!(body(|p| p.motion = Motion::Prescribed).prescribed && !body(|_| ()).prescribed);
     }
-
-    #[test]
-    fn parts_of_a_body_make_the_whole() {
-        let whole = body(|p| p.angular_velocity = [10.0, 20.0, 30.0]);
-        for (planes, share, moves, turns) in [
-            ([true, false], 0.5, [0.0, 1.0, 1.0], [1.0, 0.0, 0.0]),
-            ([false, true], 0.5, [1.0, 0.0, 1.0], [0.0, 1.0, 0.0]),
-            ([true, true], 0.25, [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]),
-        ] {
-            let mut aside = whole.clone();
-            (aside.position, aside.velocity) = (Vector3::new(1e-20, 2e-20, -3e-3), Vector3::new(3.0, 4.0, 5.0));
-            let part = aside.part(MirrorPlanes(planes));
-            let [moves, turns] = [moves, turns].map(Vector3::from);
-            assert!((part.mass - share * whole.mass).abs() < 1e-18 && part.freedom == [moves, turns], "{planes:?}");
-            assert!((0..3).all(|a| (part.body.inertia[a] - share * whole.body.inertia[a]).abs() < 1e-20));
-            assert_eq!(part.velocity, Vector3::new(3.0, 4.0, 5.0).component_mul(&moves));
-            assert_eq!(part.position, Vector3::new(1e-20, 2e-20, -3e-3).component_mul(&moves));
-            assert_eq!(part.start, part.position);
-            assert!((part.angular_momentum - whole.angular_momentum.component_mul(&turns) * share).norm() < 1e-20);
-            assert_eq!(part.locked, turns == Vector3::zeros());
-        }
-    }
 }

@@ -5,8 +5,6 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use tracing::debug;
-
 use super::device::DeviceSimulation;
 use super::record::RunRecord;
 use super::{Observer, Run, Skips};
@@ -78,7 +76,6 @@ impl<'a> DeviceBatch<'a> {
     /// When the device cannot hold them.
     pub fn new(device: &'a Device, shot: &PreparedShot, room: u64) -> Result<Self, DeviceError> {
         let stepper = DeviceStepper::with_sources(device, &shot.model, room, &Kernel::source)?;
-        debug!(adapter = device.name(), shots = room, bytes = stepper.sizes().planned(), "room for a batch of shots");
         let state = State::new(&shot.case, &shot.model);
         Ok(Self { common: shot.common.clone(), simulation: DeviceSimulation::of(stepper, Vec::new(), state) })
     }

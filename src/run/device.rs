@@ -10,7 +10,6 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
-use tracing::debug;
 
 use super::batch::DeviceShot;
 use super::checkpoint::{self, BackendId, Checkpoint, Checkpointable, Header};
@@ -236,7 +235,6 @@ impl<'a> DeviceSimulation<'a> {
         let shot = DeviceShot::new(0, Arc::clone(&model), &state, skips);
         let mut stepper = DeviceStepper::new(device, &model)?;
         stepper.upload(&model, &state);
-        debug!(adapter = device.name(), bytes = stepper.sizes().total(), "state on the device");
         Ok(Self::of(stepper, vec![shot], state))
     }
 

@@ -28,7 +28,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
-use tracing::info_span;
 
 use crate::case::Case;
 use crate::gpu::{Device, DeviceError};
@@ -323,7 +322,6 @@ pub fn run(
         .num_threads(threads)
         .build()
         .map_err(|e| RunError::Threads { threads, reason: e.to_string() })?;
-    let span = info_span!("run", case = case.name.as_str());
     let run = || {
         let (start, before) = (Instant::now(), options.from.map_or(0.0, |from| from.header.spent.r#loop));
         // Time in the loop so far, of all parts of the run [s].
@@ -344,7 +342,7 @@ pub fn run(
             }
         })
     };
-    pool.install(|| span.in_scope(run))
+    pool.install(run)
 }
 
 /// A run in progress, as the host loop drives it.

@@ -7,7 +7,6 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
-use tracing::info;
 
 use super::attachment::{self, Deflections};
 use super::outcome::{self, Outcome, Tracker};
@@ -148,11 +147,6 @@ impl RunRecord {
 
     /// Adds yarn failures to the list and to the counts.
     pub(crate) fn add_failures(&mut self, failures: &[FailureEvent]) {
-        if let (true, Some(first)) = (self.run.events.is_empty(), failures.first()) {
-            let FailureEvent { step, ply, i: column, j: row, yarn, strain } = first;
-            let yarn = ["warp", "weft"][usize::from(*yarn)];
-            info!(step, ply, column, row, yarn, strain, "first yarn failed");
-        }
         for f in failures {
             self.failed[f.ply as usize][usize::from(f.yarn)] += self.run.planes.copies();
         }
@@ -206,10 +200,7 @@ impl RunRecord {
             ..Sample::default()
         };
         let since = time - last.time;
-        if !self.touched && impulse != Vector3::zeros() {
-            self.touched = true;
-            info!(time_us = time * 1e6, "first contact");
-        }
+        self.touched |= impulse != Vector3::zeros();
         if let Some((body, (velocity, position))) = body {
             // The mean of the half-step velocities around this time; at the very start, the velocity given.
             let now = if before.is_none() { velocity } else { (velocity + body.velocity) * 0.5 };
@@ -278,12 +269,7 @@ impl RunRecord {
             RunUntil::Separation => tracker.outcome == Outcome::Perforated || tracker.separated,
             RunUntil::EndTime => false,
         };
-        let decided = asked && self.run.skips.outcome;
-        if decided && !self.decided {
-            let time = self.run.history.last().map_or(0.0, |sample| sample.time);
-            info!(time_us = time * 1e6, outcome = tracker.outcome.word(), "outcome known");
-        }
-        self.decided |= decided;
+        self.decided |= asked && self.run.skips.outcome;
     }
 
     /// Takes note of where and how the run diverged.
@@ -294,12 +280,6 @@ impl RunRecord {
 
     /// Results; what computed them is left to the backend.
     pub(crate) fn finish<S: Scalar>(self, model: &Model<S>, loop_seconds: f64) -> Run {
-        info!(
-            steps = self.run.steps,
-            seconds = loop_seconds,
-            failed_yarns = self.failed().iter().sum::<u64>(),
-            "loop ended"
-        );
         let present = model.ply_types.iter().flat_map(|s| (0..2).filter(|i| s.present[*i]).map(|i| &s.cell.yarn[i]));
         let breaking = present.map(|yarn| yarn.stiffness * yarn.failure_strain.min(1.0));
         let weakest = breaking.fold(f64::INFINITY, f64::min);

@@ -21,7 +21,7 @@ use crate::solver::projectile_contact::{ContactPoint, inertia_along};
 /// Compliance added to the diagonal of K, over itself in the whole scene [-]: two points that ask the same of a node share its impulse.
 ///
 /// A point close to a node has the small weight w at the far one. With this compliance s it gives the far node w/(w² + s) of
-/// its error, 1/(2√s) = 16 times at most, so that single precision rounds to what is allowed (docs/decisions/13).
+/// its error, 1/(2√s) = 16 times at most, so that single precision rounds to what is allowed (docs/decisions/10).
 pub const SHARED: f64 = 1e-3;
 /// Least pivot, over the diagonal of K [-]: below [`SHARED`], so that only rounding could reach it.
 pub const FLOOR: f64 = 1e-7;
@@ -356,24 +356,6 @@ mod tests {
         assert_eq!(a, [2.0, 2.0, (FLOOR * 4.0).sqrt()]);
         assert!(x.iter().flatten().all(|x| x.is_finite()));
         assert!((0..7).all(|column| (x[0][column] + x[1][column] - 2.0).abs() < 1e-9), "{x:?}");
-    }
-
-    #[test]
-    fn a_factor_solves_what_it_was_made_of() {
-        let k = [[4.0, 1.0, 0.5], [1.0, 3.0, -0.25], [0.5, -0.25, 2.0]];
-        let known = [
-            [1.0, -2.0, 3.0, 0.5, 4.0, -1.0, 2.0],
-            [0.25, 1.0, -1.0, 2.0, 0.0, 3.0, -2.0],
-            [5.0, 1.5, 2.5, -3.0, 1.0, 0.75, 0.0],
-        ];
-        let mut a = [k[0][0], k[1][0], k[1][1], k[2][0], k[2][1], k[2][2]];
-        let mut x = [0, 1, 2]
-            .map(|i| -> [f64; 7] { std::array::from_fn(|column| (0..3).map(|j| k[i][j] * known[j][column]).sum()) });
-        factorize(&mut a, x.len());
-        substitute(&a, &mut x);
-        for (got, expected) in x.iter().flatten().zip(known.iter().flatten()) {
-            assert!((got - expected).abs() < 1e-12, "{got} for {expected}");
-        }
     }
 
     #[test]

@@ -2,7 +2,7 @@
 //!
 //! Along each row of elements strains are averaged, for the peak under a rim grows as the mesh is refined. Over the breadth the root mean square
 //! counts: the elastic energy of the piece over that of one that breaks. With the mean instead, one side of a yarn carries far more than breaks
-//! it, the more the finer the mesh, and results do not converge (docs/decisions/10).
+//! it, the more the finer the mesh, and results do not converge (docs/decisions/09).
 
 use crate::model::Model;
 use crate::model::failure_criterion::{Window, Windows};

@@ -11,7 +11,6 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::{fs, slice, thread};
 
 use serde_json::{Value, json};
-use tracing::debug;
 
 use super::shots::{ShotRow, ShotTable};
 use crate::case::{self, Case, CaseError, case_hash};
@@ -285,7 +284,6 @@ impl<'a> DeviceRunner<'a> {
                 refused = done(number, ShotRow::of_run(order, &shots[at].case, run)).err();
                 refused.is_none()
             };
-            debug!(shots = taken, "batch of shots on the device");
             let all = batch.fire(&shots[..taken], interrupt, &mut ended).map_err(BatchError::Device)?;
             match refused {
                 Some(error) => return Err(error),

@@ -32,15 +32,6 @@ pub const INVERTED: &str = "perforations are no faster than stops on the mean: v
 /// The search did not end.
 const UNSETTLED: &str = "the fit did not converge";
 
-/// One shot.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Shot {
-    /// Impact velocity, in the unit of all others.
-    pub velocity: f64,
-    /// Whether the projectile passed.
-    pub perforated: bool,
-}
-
 /// Shots of one velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Group {
@@ -120,15 +111,6 @@ impl Outcomes {
             sum / self.groups.iter().map(of).sum::<u64>() as f64
         };
         [mean(|group| group.perforated), mean(|group| group.stopped)]
-    }
-}
-
-impl<'a> FromIterator<&'a Shot> for Outcomes {
-    fn from_iter<T: IntoIterator<Item = &'a Shot>>(shots: T) -> Self {
-        Self::new(shots.into_iter().map(|shot| {
-            let perforated = u64::from(shot.perforated);
-            Group { velocity: shot.velocity, perforated, stopped: 1 - perforated }
-        }))
     }
 }
 

@@ -153,7 +153,7 @@ pub fn fit(rows: &[FitRow], request: FitRequest) -> Fit {
         let bounds = interval(request.link, &outcomes, found, p, request.level);
         Quantile { p, value: found.map(|found| found.velocity(p)), bounds }
     };
-    let limit = Limit::new(QUANTILES.map(quantile).to_vec(), &outcomes, passed(rows), request.level);
+    let limit = Limit::new(QUANTILES.map(quantile).to_vec(), Some(&outcomes), passed(rows), request.level);
     Fit { request, estimate, limit, outcomes }
 }
 
@@ -162,10 +162,6 @@ impl Fit {
     pub fn json(&self) -> Value {
         let estimate = self.estimate.as_ref().ok();
         let [perforated, stopped] = self.outcomes.counts();
-        let errors = |found: &Estimate| {
-            let [[mu, _], [_, sigma]] = found.covariance;
-            json!({ "mu": mu.sqrt(), "sigma": sigma.sqrt(), "information": "expected" })
-        };
         let [quantiles, arithmetic, residual] = self.limit.json();
         json!({
             "mu": estimate.map(|found| found.mu),
@@ -175,10 +171,8 @@ impl Fit {
             "overlap": self.outcomes.overlap(),
             "method": estimate.map(|found| if found.firth { "Firth's penalised likelihood" } else { "maximum likelihood" }),
             "no_estimate": self.estimate.err(),
-            "standard_errors": estimate.map(errors),
             "link": self.request.link.word(),
             "level": self.request.level,
-            "interval": "likelihood",
             "shots": perforated + stopped,
             "perforated": perforated,
             "stopped": stopped,
@@ -229,7 +223,7 @@ impl Fit {
             counts: vec![format!("{name}: {count} shots, {perforated} perforated, {stopped} stopped"), zone],
             answer: self.answer(),
             notes: self.notes(),
-            tables: self.limit.tables(self.request.level, ""),
+            tables: self.limit.tables(self.request.level),
             panels: (count > 0).then(|| chance_panel(self)).into_iter().chain(residual_panel(&self.limit)).collect(),
         }
     }

@@ -46,12 +46,12 @@ pub struct Limit {
 
 impl Limit {
     /// Limit with these velocities by chance. `outcomes`: shots of the arithmetic V50; `level`: confidence of intervals.
-    pub(super) fn new(quantiles: Vec<Quantile>, outcomes: &Outcomes, passed: Vec<Passed>, level: f64) -> Self {
+    pub(super) fn new(quantiles: Vec<Quantile>, outcomes: Option<&Outcomes>, passed: Vec<Passed>, level: f64) -> Self {
         let curves =
             [ResidualModel::RechtIpson, ResidualModel::LambertJonas].into_iter().filter(|_| !passed.is_empty());
         Self {
             quantiles,
-            arithmetic: arithmetic_v50(outcomes),
+            arithmetic: outcomes.map(arithmetic_v50).unwrap_or_default(),
             residual: curves.map(|curve| (curve, residual_fit(curve, &passed, level))).collect(),
             passed,
         }
@@ -90,9 +90,8 @@ impl Limit {
         ]
     }
 
-    /// Tables of the velocities by chance, of the arithmetic V50 and of the curves. `of`: the shots of the arithmetic V50, where they are
-    /// not those that were fired.
-    pub(super) fn tables(&self, level: f64, of: &str) -> Vec<ReportTable> {
+    /// Tables of the velocities by chance, of the arithmetic V50 and of the curves.
+    pub(super) fn tables(&self, level: f64) -> Vec<ReportTable> {
         let quantile = |quantile: &Quantile| {
             let value = quantile.value.map_or_else(|| "-".to_owned(), |value| short(value, 4));
             let [low, high] = quantile.bounds.words();
@@ -121,7 +120,7 @@ impl Limit {
         vec![
             ReportTable::new("velocity by chance of a perforation", &["chance", "m/s", "low", "high"], 0)
                 .rows(self.quantiles.iter().map(quantile), &foot),
-            ReportTable::new("arithmetic V50", &[], 3).rows(self.arithmetic.iter().map(rule), of),
+            ReportTable::new("arithmetic V50", &[], 3).rows(self.arithmetic.iter().map(rule), ""),
             ReportTable::new("residual velocity", &curve_heads, 1)
                 .rows(self.fitted().map(curve), &curves_foot.join("\n")),
         ]
@@ -196,13 +195,13 @@ pub struct Passed {
     pub count: u64,
 }
 
-/// Model of the curve by its free parameters.
+/// Model of the curve, by the number of its free parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ResidualModel {
     /// Limit alone.
-    RechtIpson,
+    RechtIpson = 1,
     /// Limit, factor a and exponent p.
-    LambertJonas,
+    LambertJonas = 3,
 }
 
 impl ResidualModel {
@@ -211,14 +210,6 @@ impl ResidualModel {
         match self {
             Self::RechtIpson => "Recht-Ipson",
             Self::LambertJonas => "Lambert-Jonas",
-        }
-    }
-
-    /// Free parameters.
-    fn parameters(self) -> u64 {
-        match self {
-            Self::RechtIpson => 1,
-            Self::LambertJonas => 3,
         }
     }
 }
@@ -265,38 +256,31 @@ pub fn residual_fit(curve: ResidualModel, shots: &[Passed], level: f64) -> Resul
     let mut velocities: Vec<f64> = shots.iter().filter(|shot| shot.count > 0).map(|shot| shot.impact).collect();
     velocities.sort_by(f64::total_cmp);
     velocities.dedup();
-    let (have, need) = (velocities.len() as u64, curve.parameters() + 1);
+    let (have, need) = (velocities.len() as u64, curve as u64 + 1);
     if have < need {
         return Err(format!("needs {need} different velocities of shots that passed, there are {have}"));
     }
     let fastest = velocities.last().copied().unwrap_or(1.0);
     let unit = |shot: &Passed| Passed { impact: shot.impact / fastest, residual: shot.residual / fastest, ..*shot };
     let squares = Squares { curve, shots: shots.iter().map(unit).collect() };
-    let (limit, least) = highest(|limit| -squares.least(limit).sum, 0.0, 1.0, PLACES[0], 1e-9);
-    let found = squares.least(limit);
+    let (limit, least) = highest(|limit| -squares.least(limit)[0], 0.0, 1.0, PLACES[0], 1e-9);
+    let [sum, factor, exponent] = squares.least(limit);
     let count: u64 = shots.iter().map(|shot| shot.count).sum();
-    let degrees = count - curve.parameters();
+    let degrees = count - curve as u64;
     let t = student_t(level, degrees);
     let most = -least * (1.0 + t * t / degrees as f64);
-    let bounds = squares.bounds(limit, most);
-    let scale = |end: Option<f64>| end.map(|end| end * fastest);
+    // Limits around the best one at which the sum of squares is `most`.
+    let inside = |limit: f64| most - squares.least(limit)[0];
+    let end = |step: f64, last: f64| outer_end(inside, limit, step, last, 1e-9).map(|end| end * fastest);
     Ok(ResidualFit {
         curve,
         limit: limit * fastest,
-        bounds: Bounds { low: scale(bounds.low), high: scale(bounds.high) },
-        factor: found.factor,
-        exponent: found.exponent,
-        scatter: fastest * (found.sum / degrees as f64).sqrt(),
+        bounds: Bounds { low: end(-1e-3, 0.0), high: end(1e-3, 1.0) },
+        factor,
+        exponent,
+        scatter: fastest * (sum / degrees as f64).sqrt(),
         count,
     })
-}
-
-/// Sum of squares, and the parameters that give it.
-#[derive(Clone, Copy, Debug)]
-struct Least {
-    sum: f64,
-    factor: f64,
-    exponent: f64,
 }
 
 /// Sum of squares to be minimised; velocities over the fastest.
@@ -307,21 +291,21 @@ struct Squares {
 }
 
 impl Squares {
-    /// Least sum of squares with this limit.
-    fn least(&self, limit: f64) -> Least {
+    /// Least sum of squares with this limit, and the factor and the exponent that give it.
+    fn least(&self, limit: f64) -> [f64; 3] {
         match self.curve {
-            ResidualModel::RechtIpson => Least { sum: self.sum(limit, 1.0, 2.0), factor: 1.0, exponent: 2.0 },
+            ResidualModel::RechtIpson => [self.sum(limit, 1.0, 2.0), 1.0, 2.0],
             ResidualModel::LambertJonas => {
                 let [low, high] = EXPONENTS.map(f64::ln);
                 let at = |log: f64| self.with_exponent(limit, log.exp());
-                let (log, _) = highest(|log| -at(log).sum, low, high, PLACES[1], 1e-7);
+                let (log, _) = highest(|log| -at(log)[0], low, high, PLACES[1], 1e-7);
                 at(log)
             }
         }
     }
 
     /// Least sum of squares with this limit and this exponent: the sum of squares is a parabola of the factor.
-    fn with_exponent(&self, limit: f64, exponent: f64) -> Least {
+    fn with_exponent(&self, limit: f64, exponent: f64) -> [f64; 3] {
         let (mut above, mut below) = (0.0, 0.0);
         for shot in &self.shots {
             let f = shape(shot.impact, limit, exponent);
@@ -329,19 +313,12 @@ impl Squares {
             below += shot.count as f64 * f * f;
         }
         let factor = if below > 0.0 { (above / below).min(1.0) } else { 1.0 };
-        Least { sum: self.sum(limit, factor, exponent), factor, exponent }
+        [self.sum(limit, factor, exponent), factor, exponent]
     }
 
     fn sum(&self, limit: f64, factor: f64, exponent: f64) -> f64 {
         let square =
             |shot: &Passed| shot.count as f64 * (shot.residual - factor * shape(shot.impact, limit, exponent)).powi(2);
         self.shots.iter().map(square).sum()
-    }
-
-    /// Limits around the best one at which the sum of squares is `most`.
-    fn bounds(&self, limit: f64, most: f64) -> Bounds {
-        let inside = |limit: f64| most - self.least(limit).sum;
-        let end = |step: f64, last: f64| outer_end(inside, limit, step, last, 1e-9);
-        Bounds { low: end(-1e-3, 0.0), high: end(1e-3, 1.0) }
     }
 }

@@ -3,7 +3,6 @@
 use serde_json::{Value, json};
 
 use super::batch::notes;
-use super::binary_response::Shot;
 use super::interval::{Bounds, outer_end, peak, student_t};
 use super::limit::{Limit, Passed, QUANTILES, Quantile};
 use super::report::{Report, headline, residual_panel, threshold_panel};
@@ -37,8 +36,6 @@ pub struct ThresholdSample {
     pub mean: f64,
     /// Standard deviation, without what the width of the brackets adds.
     pub sigma: f64,
-    /// Least and largest threshold.
-    pub range: [f64; 2],
 }
 
 impl ThresholdSample {
@@ -48,12 +45,9 @@ impl ThresholdSample {
         let mean = thresholds.iter().sum::<f64>() / n;
         let squares: f64 = thresholds.iter().map(|threshold| (threshold - mean).powi(2)).sum();
         let variance = if n > 1.0 { squares / (n - 1.0) } else { 0.0 };
-        let range = thresholds.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], threshold| {
-            [low.min(*threshold), high.max(*threshold)]
-        });
         // Sheppard: a value rounded to a width scatters by that width over √12 more.
         let sigma = (variance - bracket * bracket / 12.0).max(0.0).sqrt();
-        (!thresholds.is_empty()).then_some(Self { count: thresholds.len(), mean, sigma, range })
+        (!thresholds.is_empty()).then_some(Self { count: thresholds.len(), mean, sigma })
     }
 
     /// Threshold that a part `p` of the realisations lies below.
@@ -168,7 +162,7 @@ pub struct V50Result {
     pub width: V50Width,
     /// Standard deviation of thresholds [m/s].
     pub sigma: Option<f64>,
-    /// Limit by every method; the arithmetic V50 is of an up-and-down through the thresholds.
+    /// Limit by every method but the arithmetic one, which is of shots.
     pub limit: Limit,
     /// Brackets of thresholds [m/s], or why there is none.
     pub thresholds: Vec<Result<[f64; 2], String>>,
@@ -210,15 +204,14 @@ impl V50Result {
         let count = middles.len().max(1) as f64;
         let width = brackets.map(|[low, high]| high - low).sum::<f64>() / count;
         let Some(sample) = ThresholdSample::new(&middles, width) else {
-            result.limit = Limit::new(Vec::new(), &[].iter().collect(), passed, level);
+            result.limit = Limit::new(Vec::new(), None, passed, level);
             return result;
         };
         // A single threshold of a case in which nothing varies is no sample.
         let chances = if sample.count == 1 { &[0.5][..] } else { &QUANTILES };
         let quantile =
             |p: &f64| Quantile { p: *p, value: Some(sample.quantile(*p)), bounds: sample.interval(*p, level) };
-        let shots = up_and_down(&middles, sample.mean, sample.sigma.max(width));
-        result.limit = Limit::new(chances.iter().map(quantile).collect(), &shots.iter().collect(), passed, level);
+        result.limit = Limit::new(chances.iter().map(quantile).collect(), None, passed, level);
         // The middle of a bracket is off by half of it at most; the mean of many by less.
         let refined = result.refinement.map_or(0.0, |refinement| 1.0 / refinement.count as f64);
         let bracket = 0.5 * width * (1.0 / count + refined).sqrt();
@@ -251,9 +244,8 @@ impl V50Result {
             Ok([low, high]) => json!({ "realisation": realisation, "low_m_s": low, "high_m_s": high }),
             Err(reason) => json!({ "realisation": realisation, "low_m_s": null, "high_m_s": null, "reason": reason }),
         };
-        let range = self.sample.map(|sample| sample.range);
         let assumed = case.fields.iter().filter(|field| field.assumed).map(|field| field.pointer.as_str());
-        let [quantiles, arithmetic, residual] = self.limit.json();
+        let [quantiles, _, residual] = self.limit.json();
         json!({
             "v50_m_s": self.v50,
             "low_m_s": self.bounds.low,
@@ -274,11 +266,7 @@ impl V50Result {
             "failed": self.failed,
             "non_monotone": self.non_monotone.len(),
             "non_monotone_realisations": self.non_monotone,
-            "slowest_threshold_m_s": range.map(|range| range[0]),
-            "fastest_threshold_m_s": range.map(|range| range[1]),
             "quantiles": quantiles,
-            "arithmetic_of": "an up-and-down of one shot at each realisation, its outcome known from the threshold",
-            "arithmetic": arithmetic,
             "residual": residual,
             "thresholds": self.thresholds.iter().enumerate().map(threshold).collect::<Vec<_>>(),
             "bracket": request.bracket,
@@ -333,9 +321,9 @@ impl V50Result {
             count => format!(", {count} on the converged mesh"),
         };
         let counts = format!("thresholds: {known} of {}, shots: {}{finer}", self.thresholds.len(), self.shots);
-        let mut tables = self.limit.tables(request.level, "of an up-and-down of one shot at each realisation");
+        let mut tables = self.limit.tables(request.level);
         if self.sigma.is_none() {
-            tables.drain(..2);
+            tables.remove(0);
         }
         let thresholds = self.sample.map(|sample| threshold_panel(self, &sample));
         Report {
@@ -362,19 +350,6 @@ impl V50Result {
         lines.push(format!("of that: sampling {sampling}, mesh and time step {numerical}, brackets {bracket}"));
         lines
     }
-}
-
-/// Shots that an up-and-down of one shot at each realisation would see: with known thresholds none has to be fired.
-fn up_and_down(thresholds: &[f64], start: f64, step: f64) -> Vec<Shot> {
-    thresholds.iter().fold(Vec::new(), |mut shots: Vec<Shot>, threshold| {
-        let velocity = match shots.last() {
-            None => start,
-            Some(shot) if shot.perforated => shot.velocity - step,
-            Some(shot) => shot.velocity + step,
-        };
-        shots.push(Shot { velocity, perforated: velocity > *threshold });
-        shots
-    })
 }
 
 /// Part of mesh and time step in a limit, over the limit \[-\].

@@ -83,22 +83,10 @@ fn every_damage_of_a_text_or_a_file_keeps_its_words() {
 fn every_field_refuses_the_wrong_type_at_its_place() {
     let free = ["/title", "/name", "/notes", "/quantity", "/source", "/value"];
     let document = good();
-    let odd = [
-        "null",
-        "true",
-        "\"zzz\"",
-        "[[]]",
-        "{\"zzz\": 1}",
-        "-1e300",
-        "0",
-        "1",
-        "2.5",
-        "[]",
-        "{}",
-        "\"none\"",
-        "\"5%\"",
-    ];
-    let odd = odd.map(|text| serde_json::from_str::<Value>(text).unwrap());
+    let Value::Array(odd) = json!([null, true, "zzz", [[]], {"zzz": 1}, -1e300, 0, 1, 2.5, [], {}, "none", "5%"])
+    else {
+        unreachable!("a list")
+    };
     for pointer in pointers(&document) {
         let value = document.pointer(&pointer).unwrap();
         for (index, odd) in odd.iter().enumerate() {

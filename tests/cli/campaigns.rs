@@ -38,35 +38,6 @@ const SHOTS: &str = "shots shot.json --count 8 --velocity 50..120 -o out";
 
 #[cfg(unix)]
 #[test]
-fn a_batch_that_was_killed_goes_on_to_the_same_bytes() {
-    let [whole, killed] = [bench(), bench()];
-    assert_eq!(code(&typed(&whole, SHOTS)), 0);
-    let mut child = killed
-        .command(&SHOTS.split(' ').collect::<Vec<_>>())
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .unwrap();
-    let partial = killed.path("out/shots.csv.partial");
-    let rows = || fs::read_to_string(&partial).map_or(0, |text| text.lines().count());
-    let patience = Instant::now() + Duration::from_secs(120);
-    while rows() < 3 && Instant::now() < patience {
-        thread::sleep(Duration::from_millis(5));
-    }
-    child.kill().unwrap();
-    child.wait().unwrap();
-    assert!(rows() >= 3 && !killed.path("out/shots.csv").exists(), "killed too late or too early: {} rows", rows());
-    let output = typed(&killed, &format!("{SHOTS} --resume"));
-    assert_eq!(code(&output), 0, "{}", stderr(&output));
-    for name in ["shots.csv", "shots.json", "shots.html", "plan.json"] {
-        let [one, other] = [&whole, &killed].map(|bench| fs::read(bench.path(&format!("out/{name}"))).unwrap());
-        assert!(one == other, "{name}");
-    }
-    assert!(!partial.exists());
-}
-
-#[cfg(unix)]
-#[test]
 fn ctrl_c_ends_a_batch_with_what_it_has() {
     let bench = bench();
     let output =
@@ -114,7 +85,7 @@ fn a_limit_has_its_agreed_names() {
     let json = bench.json("limit/v50.json");
     let v50 = json["v50_m_s"].as_f64().unwrap();
     assert!((60.0..250.0).contains(&v50), "{v50}");
-    assert_eq!((&json["realisations"], json["arithmetic"].as_array().unwrap().len()), (&json!(3), 4));
+    assert_eq!(json["realisations"], 3);
     assert!(bench.text("limit/v50.html").contains("thresholds of realisations"));
 }
 

@@ -117,37 +117,6 @@ fn a_terminal_shows_bar_and_colour_unless_they_are_not_wanted() {
     assert_eq!(on_a_terminal(&bench, &format!("{run} --quiet"), ""), "");
 }
 
-#[test]
-fn verbose_tells_the_story_of_a_run_and_leaves_standard_output_alone() {
-    let bench = Bench::new(&small());
-    let verbose = bench.shoot(&["--json", "-v"]);
-    let log = stderr(&verbose);
-    let mut rest = log.as_str();
-    for part in [
-        "case read",
-        "backend chosen",
-        "model built",
-        "first contact",
-        "first yarn failed",
-        "loop ended",
-        "files written",
-    ] {
-        let at = rest.find(part).unwrap_or_else(|| panic!("{part} after what comes before it in\n{log}"));
-        rest = &rest[at + part.len()..];
-    }
-    assert!(log.contains("run{case=\"shot\"}") && log.contains("INFO") && !log.contains('\u{1b}'), "{log}");
-    assert_eq!(stdout(&verbose), bench.text("out/shot/summary.json"));
-    let with = |filter: &str| {
-        bench.command(&["run", "shot.json", "--backend", "cpu", "--quiet"]).env("RIPSTOP_LOG", filter).output().unwrap()
-    };
-    let part = stderr(&with("ripstop::run::record=info"));
-    assert!(part.contains("first contact") && !part.contains("case read"), "{part}");
-    assert_eq!(stderr(&with("")), "");
-    let wrong = with("ripstop=loud");
-    assert_eq!(code(&wrong), 2);
-    assert!(stderr(&wrong).starts_with("error: RIPSTOP_LOG") && stderr(&wrong).contains("loud"), "{}", stderr(&wrong));
-}
-
 fn codes(warnings: &[Warning]) -> Vec<&'static str> {
     warnings.iter().map(|warning| warning.kind.code).collect()
 }

@@ -134,14 +134,9 @@ fn what_is_certainly_apart_is_apart() {
     assert!(certain > 3000 && apart > certain && certain > apart * 8 / 10, "{certain} of {apart}");
 }
 
-/// A parallelogram with one corner at `first`, lifted out of its plane at another by `twist`.
-fn parallelogram(
-    first: Vector3<f64>,
-    along: Vector3<f64>,
-    across: Vector3<f64>,
-    twist: Vector3<f64>,
-) -> [Vector3<f64>; 4] {
-    [first, first + along, first + along + across + twist, first + across]
+/// A parallelogram with one corner at `first`.
+fn parallelogram(first: Vector3<f64>, along: Vector3<f64>, across: Vector3<f64>) -> [Vector3<f64>; 4] {
+    [first, first + along, first + along + across, first + across]
 }
 
 #[test]
@@ -160,7 +155,7 @@ fn the_foot_of_a_point_on_mirror_planes_lies_on_them() {
             }
         }
         let [along, across] = edges;
-        let corner = parallelogram(first, along, across, Vector3::zeros());
+        let corner = parallelogram(first, along, across);
         let mut normal = along.cross(&across);
         (0..2).filter(|axis| on[*axis]).for_each(|axis| normal[axis] = 0.0);
         let normal = normal.normalize();
@@ -180,7 +175,7 @@ fn the_foot_of_a_point_on_mirror_planes_lies_on_them() {
     // A cell that stands almost upright on a plane has no surface there.
     for (up, sound) in [(0.04_f64, false), (0.06, true)] {
         let along = Vector3::new(up, 0.0, (1.0 - up * up).sqrt());
-        let corner = parallelogram(Vector3::zeros(), along, Vector3::y(), Vector3::zeros());
+        let corner = parallelogram(Vector3::zeros(), along, Vector3::y());
         let point = Vector3::new(0.0, 0.5, 0.1);
         assert_eq!(closest_point(&corner, &point, 1.0, [Some(0), None]).is_some(), sound, "{up}");
         assert!(closest_point(&corner, &point, 1.0, NO_PLANES).is_some());
@@ -193,7 +188,7 @@ fn beyond_its_edges_a_cell_is_as_far_as_the_nearest_of_them() {
     let mut seen = 0;
     for _ in 0..5000 {
         let (along, across) = (Vector3::x() + vector(&mut random, 0.25), Vector3::y() + vector(&mut random, 0.25));
-        let corner = parallelogram(vector(&mut random, 1.0), along, across, Vector3::zeros());
+        let corner = parallelogram(vector(&mut random, 1.0), along, across);
         let point = corner[0] + (along + across) * 0.5 + vector(&mut random, 1.5);
         let Some(foot) = closest_point(&corner, &point, 1.0, NO_PLANES) else { unreachable!("a sound cell") };
         if foot.at.iter().all(|x| x.abs() <= 0.5) {

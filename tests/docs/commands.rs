@@ -154,25 +154,3 @@ fn the_commands_of_other_pages_do_what_they_say() {
     let others = pages.iter().filter(|page| page.name() != "tutorial.md");
     assert!(others.map(|page| Folder::new().follow(page)).sum::<usize>() >= 15);
 }
-
-#[test]
-fn wrong_arguments_and_other_output_are_found() {
-    assert_eq!(parse("ripstop bench --tolerance 1%"), Ok(()));
-    for wrong in ["ripstop bench --tolerence 1%", "ripstop shots x.json --seed x", "ripstop shoot x.json"] {
-        assert!(parse(wrong).is_err(), "{wrong}");
-    }
-    let got = "a\nb\n  wall time  2 s\nc\nd\n";
-    for (shown, is_right) in [
-        (&["a", "b", "  wall time  1 s", "c", "d"][..], true),
-        (&["a", "…", "d"], true),
-        (&["…", "c", "…"], true),
-        (&["…", "b", "…", "c", "d"], true),
-        (&["a"], false),
-        (&["b", "…"], false),
-        (&["…", "c"], false),
-        (&["…", "c", "…", "b", "…"], false),
-        (&["a", "b", "c", "c", "d"], false),
-    ] {
-        assert_eq!(compare(shown, got).is_ok(), is_right, "{shown:?}");
-    }
-}

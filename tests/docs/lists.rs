@@ -106,7 +106,10 @@ fn commands_and_codes_of_the_program() {
     let is_code = |word: &String| word.len() < 4 && word.contains(|c: char| c.is_ascii_digit());
     let codes: Vec<String> =
         codes.lines().filter_map(|line| line.split_whitespace().next()).map(str::to_owned).filter(is_code).collect();
-    assert_eq!([page("codes.md").first_cells("Exit codes"), page("codes.md").first_cells("Warnings")].concat(), codes);
+    assert_eq!(
+        [page("commands.md").first_cells("Exit codes"), page("commands.md").first_cells("Warnings")].concat(),
+        codes
+    );
 }
 
 #[test]

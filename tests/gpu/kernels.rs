@@ -7,18 +7,20 @@ pub(crate) mod compare;
 mod packs;
 pub(crate) mod scenes;
 mod struck;
-mod tolerances;
 
 use std::collections::BTreeMap;
 
 use libtest_mimic::Trial;
+use nalgebra::Vector3;
 use ripstop::gpu::Device;
 use ripstop::gpu::shader::Kernel;
+use ripstop::model::ply_type::PlyType;
+use ripstop::solver::projectile_contact::HELD;
+use ripstop::solver::state::State;
 
 use super::harness::{Outcome, trial};
 use compare::Part;
-use scenes::Scene;
-use tolerances::TOLERANCES;
+use scenes::{Scene, node_places};
 
 /// Largest difference of a line of the table.
 #[derive(Default)]
@@ -86,4 +88,173 @@ pub(crate) fn tests() -> Vec<Trial> {
     }
     out.push(trial("kernels::nothing_happens_after_a_bad_step", compare::bad_step));
     out
+}
+
+/// Largest relative error of a rounding to single precision [-].
+pub(crate) const ROUNDING: f64 = 0.5 * f32::EPSILON as f64;
+/// Roundings of a card for each of a device that rounds to the nearest: a division may be off by five of them, a root by four, and a
+/// product and a sum may be one rounding or two (WGSL, accuracy of expressions).
+const CARD: f64 = 5.0;
+/// Growth of a rounding in a strain, the small difference of a stretch and one, over the strain that breaks a yarn.
+const STRAIN: f64 = 1.0 / 0.035;
+
+/// Allowed difference of a quantity of a kernel.
+pub(crate) struct Tolerance {
+    pub(crate) kernel: &'static str,
+    pub(crate) quantity: &'static str,
+    /// Roundings that add up, each with its growth; 0: no difference.
+    roundings: f64,
+    /// Factor on a card.
+    card: f64,
+}
+
+impl Tolerance {
+    /// Allowed difference over the scale [-]. `hardware`: the device is a card.
+    pub(crate) fn limit(&self, hardware: bool) -> f64 {
+        self.roundings * ROUNDING * if hardware { self.card } else { 1.0 }
+    }
+}
+
+const fn allow(kernel: &'static str, quantity: &'static str, roundings: f64) -> Tolerance {
+    Tolerance { kernel, quantity, roundings, card: CARD }
+}
+
+/// A tolerance with more on a card than its operations explain: measured, for a solver that ends elsewhere.
+const fn measured(kernel: &'static str, quantity: &'static str, roundings: f64, card: f64) -> Tolerance {
+    Tolerance { kernel, quantity, roundings, card }
+}
+
+/// The table, in the order of a step.
+pub(crate) const TOLERANCES: [Tolerance; 46] = [
+    allow("element_force", "yarn alive", 0.0),
+    allow("element_force", "failures", 0.0),
+    // A stretch is the root of squares over the length at rest: one rounding of the root, one of the quotient.
+    allow("element_force", "membrane force", 2.0 * STRAIN),
+    allow("element_force", "hourglass force", 8.0), // a sum of four displacements, by a stiffness
+    allow("element_force", "viscous force", 8.0),   // a sum of four velocities, by a length
+    // The misfit of compatibility at which the unit cell's solver ends, 4 roundings on either backend, twice as much in a height.
+    measured("element_force", "yarn height", 16.0, 200.0),
+    measured("element_force", "predicted height", 8.0 * STRAIN, 30.0), // a height over a difference of strains
+    allow("element_force", "strain", 0.5 * STRAIN), // half of the roundings of a stretch: the other is common
+    allow("element_force", "failure strain", 0.5 * STRAIN),
+    allow("element_force", "residual", 11.0),
+    measured("element_force", "evaluations", 3.36e4, 100.0), // in one of 500 a rounding costs or spares a step of Newton's
+    allow("node_update", "displacement", 3.0), // velocity by step, added: 2 roundings, and those of the velocity
+    allow("node_update", "velocity", 8.0),     // forces of four elements, by step and mass, added
+    allow("node_update", "support", 16.0),     // a sum of forces in another order, over two steps
+    allow("ply_contact", "contacts", 0.0),
+    allow("ply_contact", "cells", 0.0), // or where cells share an edge one beside them
+    allow("ply_contact", "reach", 0.0),
+    // A gap: positions of a node and four corners, over and along a normal, closed in counts.
+    allow("ply_contact", "displacement", 16.0),
+    allow("ply_contact", "velocity", 12.0),
+    allow("ply_contact", "penetration", 4.0),
+    allow("ply_contact", "energy", 6.0 * 19.0), // squares of velocities as above, of all nodes: of energies that are larger
+    allow("ply_contact", "support", 6.0 * 11.0), // differences of velocities as above, of held nodes
+    allow("projectile_contact", "reach", 0.0),
+    // A gap: positions of node and body, 2 roundings each, over and along the normal, 4 each with a division; closed.
+    allow("projectile_contact", "displacement", 24.0),
+    allow("projectile_contact", "velocity", 12.0),
+    allow("projectile_contact", "body velocity", 13.0), // a sum of impulses of either sign, rounded once
+    allow("projectile_contact", "body position", 13.0), // counted in 6e-11 m; and the velocity's
+    allow("projectile_contact", "body orientation", 3.0), // a product of quaternions, made one long
+    allow("projectile_contact", "angular momentum", 6.0),
+    allow("projectile_contact", "impulse", 16.0),
+    allow("projectile_contact", "energy", 2.0 * 17.0),
+    allow("projectile_contact", "penetration", 16.0),
+    allow("step", "counters", 0.0),
+    allow("step", "cleared", 0.0), // marks and sums that begin anew
+    allow("energy_balance", "covered", 0.0),
+    allow("energy_balance", "work", 12.0), // forces by displacements: 8 roundings, and 4 of the sum
+    allow("energy_balance", "released energy", 8.0), // squares of strains
+    measured("energy_balance", "stored energy", 12.0, 10.0), // squares of strains, and 4 of the sum; on a card with heights as above
+    allow("energy_balance", "law energy", 12.0),
+    allow("energy_balance", "tension", 8.0),
+    allow("energy_balance", "load", 8.0),
+    allow("energy_balance", "deflection", 3.0),
+    allow("energy_balance", "support", 25.0), // impulses of two steps, and 9 of the sum
+    allow("energy_balance", "kinetic energy", 16.0), // squares of velocities, and 4 of the sum
+    allow("energy_balance", "largest square of speed", 16.0 * 2.7), // of a velocity that may be the difference of larger ones
+    allow("energy_balance", "momentum", 16.0 * 10.0), // velocities, that contact may have rounded ten times as much
+];
+
+/// Sizes of a scene whose roundings a difference is counted in.
+pub(crate) struct Scales {
+    /// Force of an element whose stronger yarn is about to break [N].
+    pub(crate) force: f64,
+    /// Tension of that yarn, as shock viscosity is stored per weight of the element [N].
+    pub(crate) viscous_force: f64,
+    /// Energy of an element whose yarns are about to break [J].
+    pub(crate) energy: f64,
+    /// Half a span of a yarn, or the sum of heights if that is more [m].
+    pub(crate) height: f64,
+    /// Smallest failure strain [-].
+    pub(crate) failure_strain: f64,
+    /// Largest displacement of a node, an element's length at least, and that of contact between plies [m].
+    pub(crate) length: [f64; 2],
+    /// Largest speed [m/s].
+    pub(crate) speed: f64,
+    /// Velocity that closes a gap of `length` in a step: by the projectile, and by plies [m/s].
+    pub(crate) closing: [f64; 2],
+    /// Way of a node that meets the projectile in a step [m].
+    pub(crate) way: f64,
+    /// Velocity [m/s] and way in a step [m] of the projectile by such an impulse.
+    pub(crate) body: [f64; 2],
+    /// Impulse of a node that closes a gap [kg·m/s], its angular momentum at the body's reach [kg·m²/s], and its energy [J].
+    pub(crate) impulse: f64,
+    pub(crate) angular_momentum: f64,
+    pub(crate) contact_energy: f64,
+    /// Momentum of a node at the largest speed [kg·m/s], and the energy of contact of a free one [J].
+    pub(crate) node_momentum: f64,
+    pub(crate) kinetic: f64,
+}
+
+impl Scales {
+    /// Scales of a scene: small ones, so that differences are held tight. Displacements, gaps and energies count up to a multiple of
+    /// an element's length and of the largest speed.
+    pub(crate) fn of(scene: &Scene) -> Self {
+        let (model, state, speed) = (&scene.model, &scene.state, scene.speed);
+        let most = |of: &dyn Fn(&PlyType<f32>) -> f64| model.ply_types.iter().map(of).fold(0.0, f64::max);
+        let strain = |of: &PlyType<f32>, yarn: usize| of.cell.yarn[yarn].failure_strain.min(0.05);
+        let tension = |of: &PlyType<f32>, yarn: usize| of.cell.yarn[yarn].stiffness * strain(of, yarn);
+        let energy =
+            |of: &PlyType<f32>, yarn: usize| tension(of, yarn) * strain(of, yarn) * of.cell.yarn[yarn].half_span;
+        let shortest = model.ply_types.iter().map(|of| of.mesh.shortest()).fold(f64::INFINITY, f64::min);
+        let dt = model.dt;
+        let far = farthest(scene, state).max(shortest);
+        let gap = speed + far / dt;
+        let mass = f64::from(model.ply_types[0].row_mass(1).mass[1]);
+        let (body_mass, reach) = model.projectile.as_ref().map_or((0.0, 0.0), |b| (b.mass, b.body.bounding_radius));
+        let free = [gap.min(73.0 * speed), 0.5 * mass * speed * gap.min(12.8 * speed)];
+        // Held nodes count as many bodies. They bring a free one from its speed to rest: a third of that speed in the mean.
+        let held = scene.held;
+        let closing = if held { free[0].max(0.35 * HELD * speed) } else { free[0] };
+        let node_mass = if held { mass.max(body_mass) } else { mass };
+        let impulse = node_mass * closing;
+        let body = impulse / body_mass.max(f64::MIN_POSITIVE);
+        Self {
+            force: most(&|of| (0..2).map(|i| tension(of, i) * of.element.membrane[i]).fold(0.0, f64::max)),
+            viscous_force: most(&|of| tension(of, 0).max(tension(of, 1))),
+            energy: most(&|of| of.element.cells * (energy(of, 0) + energy(of, 1))),
+            height: most(&|of| of.cell.height_sum.max(of.cell.yarn[0].half_span)),
+            failure_strain: model.ply_types.iter().map(|of| strain(of, 0).min(strain(of, 1))).fold(1.0, f64::min),
+            length: [far.min(2.75 * shortest), far.min(104.0 * speed * dt)],
+            speed,
+            closing: [closing, gap.min(20.0 * speed)],
+            way: closing.min(if held { 250.0 } else { 48.0 } * speed) * dt,
+            body: [speed + body, shortest.min(12.0 * speed * dt).max(dt * body)],
+            impulse,
+            angular_momentum: mass * free[0] * reach,
+            contact_energy: if held { 0.5 * node_mass * closing * speed } else { free[1] },
+            node_momentum: mass * speed,
+            kinetic: free[1],
+        }
+    }
+}
+
+/// Largest displacement of a node [m].
+fn farthest(scene: &Scene, state: &State<f32>) -> f64 {
+    let first = |ply| scene.model.grid.first_node_row(ply);
+    let displacement = |[ply, row, column]: [usize; 3]| Vector3::from(state.displacement(first(ply) + row, column));
+    node_places(&scene.model).map(|place| displacement(place).norm()).fold(0.0, f64::max)
 }

@@ -12,9 +12,6 @@ use super::harness::{Outcome, trial};
 use super::kernels::compare::Part;
 use super::kernels::scenes::Scene;
 use super::kernels::{all_scenes, check};
-use table::DEFECTS;
-
-mod table;
 
 /// Text of a kernel, and the wrong one that takes its place.
 pub(crate) struct Defect {
@@ -73,4 +70,95 @@ pub(crate) fn tests() -> Vec<Trial> {
     let name = |defect: &Defect| format!("mutants::{}::{}", defect.kernel, defect.name.replace(' ', "_"));
     let of_defect = |defect: &'static Defect| trial(name(defect), move |device| defect.caught(device));
     DEFECTS.iter().map(of_defect).chain([trial("mutants::every_kernel", every_kernel)]).collect()
+}
+
+/// Kernel, then name and scene of a defect, the text and the wrong one; in the order of a step.
+macro_rules! defects {
+    ($($kernel:ident { $($name:literal in $scene:literal: $find:literal => $put:literal;)+ })+) => {
+        /// At least one defect of every kernel, and of nearly every file of `shaders`.
+        const DEFECTS: &[Defect] = &[$($(Defect {
+            kernel: stringify!($kernel), name: $name, scene: $scene, find: $find, put: $put
+        }),+),+];
+    };
+}
+
+defects! {
+    element_force {
+        "hourglass mode of the wrong sign" in "variational, compressible": "let top = c - d;" => "let top = d - c;";
+        "second order of the stretch missing" in "variational, compressible": "(dot(g1, g1) + q.x)" => "q.x";
+        "shear force not square to the weft" in "variational, compressible":
+            "(k.warp - k.sine * k.weft)" => "(k.warp + k.sine * k.weft)";
+        "last drag forgotten" in "variational, compressible":
+            "force * grown.along + taut * before" => "force * grown.along + 0.0 * before";
+        "bit of the warp for the weft" in "variational, compressible": "(word & 2u) != 0u" => "(word & 1u) != 0u";
+        "hourglass work of the first step" in "variational, rigid": "mode - step.span * v.mode" => "mode - step.kick * v.mode";
+        "row of elements before the reach left out" in "only a part reached":
+            "let row = place.x + 1u >= reach.x && place.x < reach.y;" => "let row = place.x >= reach.x && place.x < reach.y;";
+        "mean along the other yarn" in "failure over a length":
+            "vec2<u32>(u32(at), place.y), vec2<u32>(place.x, u32(at)), which == 0u" => "vec2<u32>(u32(at), place.y), vec2<u32>(place.x, u32(at)), which == 1u";
+        "law's energy of the other yarn" in "published, compressible":
+            "let at = i * LAW_COUNT + j;" => "let at = j * LAW_COUNT + i;";
+        "weft force of the finest" in "graded": "finest.membrane_weft * x.width" => "finest.membrane_weft";
+        "lines of the first sheet" in "graded plies of two fabrics": "(2u * plies[ply].ply_type + axis)" => "axis";
+        "compression missing" in "variational, compressible": "scene.compression_a - scene.compression_b * q, 0.0" => "0.0, 0.0";
+        "warm start not used" in "variational, compressible":
+            "vec2<f32>(warm[PIVOT], warm[1u - PIVOT])" => "vec2<f32>(0.5 * top)";
+        "contact force halved" in "variational, compressible": "force = PI * s.arc.slope" => "force = HALF_PI * s.arc.slope";
+        "curvature of the arc" in "variational, compressible":
+            "(1.0 + excess) * inverse_secant * inverse_secant - b" => "(1.0 + excess) * inverse_secant - b";
+        "shares of the yarns exchanged" in "variational, compressible": "slope.yx * per_sum" => "slope * per_sum";
+        "upper half of the arc sine" in "variational, compressible": "HALF_PI - 2.0 * angle" => "HALF_PI - angle";
+    }
+    node_update {
+        "hourglass of the wrong corner" in "variational, compressible":
+            "corner_force(e, there.x, 1.0, 1.0, -1.0)" => "corner_force(e, there.x, 1.0, 1.0, 1.0)";
+        "element beyond the edge" in "variational, compressible": "let left = place.y > 0u;" => "let left = place.y > 1u;";
+        "half a drift at the first step" in "variational, rigid": "u + scene.dt * v" => "u + step.kick * v";
+        "rows and columns of an edge" in "variational, compressible":
+            "select(0u, sides, place.y == 0u)" => "select(0u, sides, place.x == 0u)";
+        "supports in the axes of the ply" in "thirty degrees, clamped, smooth":
+            "let turned = to_pack(ply, impulse);" => "let turned = impulse;";
+    }
+    ply_search {
+        "one element around a node not asked" in "two fabrics, holes, no hourglass":
+            "if (there.w) { bits |= flags[e - scene.columns]; }" => "";
+        "no ridges" in "ridges": "direction * dot(edge.arm, f.normal) > 0.0;" => "false;";
+        "twist of the cell" in "two free plies": "arm - s.twist * (place.x * place.y)" => "arm";
+        "resting nodes not asked" in "resting plies": "return all(lies.xy >= low) && all(lies.xy <= high);" => "return false;";
+        "velocity of a turned ply" in "thirty degrees, clamped, smooth":
+            "return to_pack(ply, node_vector(3u, node));" => "return node_vector(3u, node);";
+    }
+    ply_impulse {
+        "friction without its limit" in "two free plies": "let most = scene.ply_friction * normal;" => "let most = normal;";
+        "corners pushed along" in "two free plies": "-part * each, -way" => "part * each, -way";
+        "corners count in the largest unit" in "graded plies": "let each = 1 << (largest - theirs[i]);" => "let each = 1;";
+    }
+    ply_move {
+        "shares stay" in "two free plies": "    shares[node] = 0u;\n" => "";
+        "loss of the free velocity" in "two free plies":
+            "0.5 * dot(impulse, (free - pull) + now)" => "0.5 * dot(impulse, free + now)";
+    }
+    projectile_points {
+        "cell of the node in every ply" in "sphere on turned plies, friction":
+            "cell_over(ply, over[at])" => "cell_over(ply, over[node])";
+        "rows do not spread" in "face of a cylinder exactly touching resting plies":
+            "min(reach.y + 1u, plies[local].rows + 1u)" => "min(reach.y, plies[local].rows + 1u)";
+        "arc as its chord" in "ogive, oblique, friction": "if (i == 0u && 0.0 < scene.profile_arc) {" => "if (false) {";
+        "ellipse as a circle" in "edges of a fragment": "let bend = squared(scene.chisel_slope);" => "let bend = 0.0;";
+        "height of the first node" in "between nodes, yawed, friction":
+            "mix(points[point_number(p)].pressed.z, points[point_number(q)].pressed.z, at)" => "points[point_number(p)].pressed.z";
+    }
+    projectile_contact {
+        "nodes pull" in "sphere, spinning, oblique, friction":
+            "state == PUSHING && touches[touch_number(t)].friction_impulse.w < 0.0" => "state == PUSHING && touches[touch_number(t)].friction_impulse.w < -1e30";
+        "inertia off the diagonal" in "cylinder, yawed, friction":
+            "more_x * side.y * side.x + more_z * axis.y * axis.x," => "0.0,";
+        "position without its carry" in "sphere": "coarse + (moved >> vec3<u32>(24u))" => "coarse";
+        "touches independent" in "between nodes, yawed, friction": "select(0.0, coupling(t, other), pushes)" => "0.0";
+    }
+    energy_balance {
+        "largest tensions added" in "variational, compressible": "id.local == TENSION ||" => "";
+        "evaluations not counted anew" in "variational, compressible": "flags[element] = word & 3u;" => "";
+        "wefts do not cover" in "sphere under a weft": "runs_on(ply, place, 2u)" => "false";
+    }
 }

@@ -13,11 +13,9 @@ use std::collections::BTreeMap;
 use std::sync::atomic::AtomicBool;
 
 use libtest_mimic::Trial;
-use ripstop::FrameCollector;
 use ripstop::case::{Case, ContactSampling};
 use ripstop::gpu::Device;
 use ripstop::run::device::DeviceSimulation;
-use ripstop::run::frame::Frame;
 use ripstop::run::{self, Options, Precision, Run, Skips};
 
 use super::harness::{Outcome, trial};
@@ -32,7 +30,6 @@ const TESTS: Tests = &[
     ("shots_are_the_processors_until_yarns_break_and_break_the_same", features),
     ("neither_batches_nor_rest_nor_chance_change_a_bit", same_bits),
     ("a_part_is_the_whole_and_the_processors_part", parts),
-    ("frames_are_those_of_the_processor", frames),
 ];
 
 /// The tests.
@@ -339,45 +336,4 @@ fn parts(device: &'static Device) -> Outcome {
         }
     }
     report(wrong)
-}
-
-/// Struck off centre and aslant, so slow that no yarn breaks: the order of failures depends on rounding.
-fn frames(device: &'static Device) -> Outcome {
-    let sets = ["/pack/width_mm=30.48", "/pack/height_mm=20.32", "/expect=[]", "/solver/end_time_us=16"];
-    let case = builtin("cases/verify/mirror.json", &[&sets[..], &["/projectile/velocity_m_s=100"]].concat());
-    let on = |options: Options<'_>| {
-        let mut collector = FrameCollector::new(&case, 9);
-        options.threads(1).observe(&case, &mut collector).unwrap_or_else(|e| panic!("{e}"));
-        collector.frames()
-    };
-    let [cpu, gpu] = [Options::default().precision(Precision::F32), Options::default().device(device)].map(on);
-    let steps = |frames: &[Frame]| frames.iter().map(|frame| (frame.step, frame.time.to_bits())).collect::<Vec<_>>();
-    assert_eq!((cpu.len(), steps(&cpu)), (9, steps(&gpu)));
-    // Arrays, and how far they may be off, over their largest number: rounding of 100 steps. Strains are small differences of extensions.
-    let arrays = |frame: &Frame| {
-        let pose = frame.projectile.unwrap();
-        let solid = [pose.position, pose.velocity].map(|numbers| numbers.map(|number| number as f32).to_vec());
-        let [position, velocity] = solid;
-        let yarns = frame.tension.iter().chain(&frame.strain).chain([&frame.shear_angle]);
-        let yarns = yarns.map(|numbers| (1e-3, numbers.clone()));
-        let nodes = [(1e-5, frame.displacement.concat()), (1e-4, frame.velocity.concat())];
-        yarns.chain(nodes).chain([(1e-6, position), (1e-5, velocity)]).collect::<Vec<(f64, Vec<f32>)>>()
-    };
-    let largest = |n: usize| {
-        cpu.iter()
-            .flat_map(|frame| arrays(frame).swap_remove(n).1)
-            .fold(0.0, |most: f64, x| most.max(f64::from(x.abs())))
-    };
-    let largest: Vec<f64> = (0..arrays(&cpu[0]).len()).map(largest).collect();
-    for (c, g) in cpu.iter().zip(&gpu) {
-        assert!(c.alive == g.alive && !c.alive.concat().contains(&0), "a yarn has broken: take a slower shot");
-        for (n, ((allowed, c), (_, g))) in arrays(c).iter().zip(arrays(g)).enumerate() {
-            let off = c.iter().zip(&g).map(|(c, g)| f64::from((c - g).abs())).fold(0.0, f64::max);
-            assert!(
-                largest[n] > 0.0 && c.len() == g.len() && off <= allowed * largest[n],
-                "array {n} is off by {off:e}"
-            );
-        }
-    }
-    Ok(())
 }

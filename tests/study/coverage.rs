@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use ripstop::num::link::Link;
 use ripstop::num::random::DrawKey;
-use ripstop::study::binary_response::{Outcomes, Shot, fit};
+use ripstop::study::binary_response::{Group, Outcomes, fit};
 use ripstop::study::interval::interval;
 use ripstop::study::v50::{Rungs, bracket, middle};
 use ripstop::study::v50_result::ThresholdSample;
@@ -15,6 +15,11 @@ const SIGMA: f64 = 20.0;
 /// Ranges of each row.
 const RANGES: u32 = 1000;
 const LEVEL: f64 = 0.9;
+
+struct Shot {
+    velocity: f64,
+    perforated: bool,
+}
 
 /// Chooser of the next velocity [m/s] from the shots so far and how many there will be.
 type Design = fn(&[Shot], usize) -> f64;
@@ -61,7 +66,10 @@ fn range(number: u32, row: usize, design: Design, count: usize) -> Range {
         let threshold = mu + SIGMA * Link::Probit.quantile(key(n as u32).uniform()[0]);
         shots.push(Shot { velocity, perforated: velocity > threshold });
     }
-    let outcomes: Outcomes = shots.iter().collect();
+    let outcomes = Outcomes::new(shots.iter().map(|shot| {
+        let perforated = u64::from(shot.perforated);
+        Group { velocity: shot.velocity, perforated, stopped: 1 - perforated }
+    }));
     let Ok(found) = fit(Link::Probit, &outcomes) else { return Range::default() };
     let truth = |p: f64| mu + SIGMA * Link::Probit.quantile(p);
     let mut open = false;

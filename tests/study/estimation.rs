@@ -28,30 +28,12 @@ fn published_sets_give_the_published_estimates() {
     near(found.sigma, 1.04123, 6e-6);
 }
 
-/// The data of Collett (1991) in Venables & Ripley, section 7.2: budworms, 20 at each dose, one slope for both sexes. Males are put
-/// on the scale of the females by the shift that fits best: then one line fits both.
-#[test]
-fn budworms_have_the_published_doses() {
-    let female = [0, 2, 6, 10, 12, 16];
-    let male = [1, 4, 9, 13, 18, 20];
-    let groups = |dead: [u64; 6], shift: f64| {
-        dead.into_iter().enumerate().map(move |(dose, dead)| Group {
-            velocity: dose as f64 + shift,
-            perforated: dead,
-            stopped: 20 - dead,
-        })
+fn log_likelihood(link: Link, outcomes: &Outcomes, mu: f64, sigma: f64) -> f64 {
+    let term = |group: &Group| {
+        let eta = (group.velocity - mu) / sigma;
+        group.perforated as f64 * link.ln_probability(eta) + group.stopped as f64 * link.ln_probability(-eta)
     };
-    let with = |shift: f64| fit(Link::Logit, &Outcomes::new(groups(female, 0.0).chain(groups(male, shift)))).unwrap();
-    let (mut low, mut high) = (0.0, 2.0);
-    for _ in 0..60 {
-        let [a, b] = [low + 0.4 * (high - low), low + 0.6 * (high - low)];
-        if with(a).log_likelihood < with(b).log_likelihood { low = a } else { high = b }
-    }
-    let shift = 0.5 * (low + high);
-    let found = with(shift);
-    for (p, dose) in [(0.25, 2.231265), (0.5, 3.263587), (0.75, 4.29591)] {
-        near(found.velocity(p), dose, 2e-6);
-    }
+    outcomes.groups().iter().map(term).sum()
 }
 
 /// Estimates held to the condition of a maximum, and to the expected information by hand.
@@ -60,13 +42,7 @@ fn an_estimate_is_a_maximum_and_its_covariance_the_inverse_information() {
     for link in [Link::Probit, Link::Logit] {
         let outcomes = outcomes(&format!("{WU_TIAN} {GONOGO}"));
         let found = fit(link, &outcomes).unwrap();
-        let likelihood = |mu: f64, sigma: f64| -> f64 {
-            let term = |group: &Group| {
-                let eta = (group.velocity - mu) / sigma;
-                group.perforated as f64 * link.ln_probability(eta) + group.stopped as f64 * link.ln_probability(-eta)
-            };
-            outcomes.groups().iter().map(term).sum()
-        };
+        let likelihood = |mu: f64, sigma: f64| log_likelihood(link, &outcomes, mu, sigma);
         let (mu, sigma, h) = (found.mu, found.sigma, 1e-4);
         near(found.log_likelihood, likelihood(mu, sigma), 1e-12);
         near((likelihood(mu + h, sigma) - likelihood(mu - h, sigma)) / (2.0 * h), 0.0, 1e-6);
@@ -215,15 +191,7 @@ fn at_an_end_the_likelihood_has_fallen_by_half_of_chi_square() {
         for p in [0.1, 0.5, 0.9] {
             let bounds = interval(link, &all, Some(&found), p, 0.95);
             for t in [bounds.low.unwrap(), bounds.high.unwrap()] {
-                let at = |sigma: f64| -> f64 {
-                    let mu = t - link.quantile(p) * sigma;
-                    let terms = all.groups().iter().map(|group| {
-                        let eta = (group.velocity - mu) / sigma;
-                        group.perforated as f64 * link.ln_probability(eta)
-                            + group.stopped as f64 * link.ln_probability(-eta)
-                    });
-                    terms.sum()
-                };
+                let at = |sigma: f64| log_likelihood(link, &all, t - link.quantile(p) * sigma, sigma);
                 let best = (0..20_000).map(|n| at(0.1 * (3e-4 * f64::from(n)).exp())).fold(f64::NEG_INFINITY, f64::max);
                 // 1.959964² = 3.841459.
                 near(found.log_likelihood - best, 0.5 * 3.841459, 2e-6);

@@ -10,7 +10,6 @@ use ripstop::case::{Compression, Crossover, Fabric, Law, MembraneForce, Yarn};
 use ripstop::model::unit_cell_curve::{CurveLaw, parameters};
 use ripstop::num::scalar::Scalar;
 use ripstop::physics::crossover;
-use ripstop::physics::crossover::Equilibrium;
 use ripstop::physics::unit_cell_parameters::UnitCellParameters;
 
 /// Calls `$body` with `$law` bound to the kernel type of a [`CurveLaw`].
@@ -164,7 +163,9 @@ impl<R: Scalar> Cell<R> {
 
     /// Solves for stretches Λ from heights [m]; `both`: both yarns are alive and present.
     pub(crate) fn solve(&self, stretch: [f64; 2], warm: [f64; 2], both: bool) -> Solved {
-        let e = self.equilibrium(stretch, warm, both);
+        let excess = stretch.map(|s| R::splat(s - 1.0));
+        let warm = warm.map(R::splat);
+        let e = with_curve_law!(self.law, L => crossover::solve::<R, L>(&self.constants, excess, warm, both));
         let pair = |x: [R; 2]| x.map(|x| x.to_f64());
         Solved {
             tension: pair(e.tension),
@@ -176,18 +177,6 @@ impl<R: Scalar> Cell<R> {
             iterations: e.iterations.to_f64(),
             converged: e.converged,
         }
-    }
-
-    /// Heights predicted, from those [m] solved at stretches Λ, for when these have changed; `both`: both yarns are alive and present.
-    pub(crate) fn predict(&self, stretch: [f64; 2], heights: [f64; 2], change: [f64; 2], both: bool) -> [f64; 2] {
-        let predictor = self.equilibrium(stretch, heights, both).predictor;
-        predictor.heights(heights.map(R::splat), change.map(R::splat)).map(|x| x.to_f64())
-    }
-
-    fn equilibrium(&self, stretch: [f64; 2], warm: [f64; 2], both: bool) -> Equilibrium<R> {
-        let excess = stretch.map(|s| R::splat(s - 1.0));
-        let warm = warm.map(R::splat);
-        with_curve_law!(self.law, L => crossover::solve::<R, L>(&self.constants, excess, warm, both))
     }
 
     /// Solves with both yarns alive from the heights at rest.

@@ -1,7 +1,6 @@
 //! Two steps of a scene on both backends from the same state, and everything that the parts of a step leave behind.
 
-mod elements;
-mod energy_balance;
+mod results;
 
 use nalgebra::Vector3;
 use ripstop::gpu::Device;
@@ -21,9 +20,8 @@ use ripstop::solver::state::ActiveRegion;
 use ripstop::solver::state::State;
 use ripstop::solver::{Context, FailureEvent, StepTotals};
 
-use super::Seen;
 use super::scenes::{Scene, node_places};
-use super::tolerances::Scales;
+use super::{Scales, Seen};
 use crate::gpu::harness::Outcome;
 
 /// Steps compared: the second shows whether sums go on and warm starts are used.

@@ -1,28 +1,24 @@
-//! Many shots in one dispatch, those of limits and sweeps too: each gives the bits that it gives alone, whatever its neighbours are and
+//! Many shots in one dispatch: each gives the bits that it gives alone, whatever its neighbours are and
 //! whatever becomes of them.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use ripstop::case::{self, Case};
+use ripstop::case::Case;
 use ripstop::gpu::Device;
-use ripstop::output::{Folder, residual_velocity};
+use ripstop::output::Folder;
 use ripstop::run::batch::{DeviceBatch, PreparedShot};
 use ripstop::run::{Precision, Run};
-use ripstop::study::batch::{Batch, BatchError, BatchOptions, ShotOrder, order_case};
+use ripstop::study::batch::{Batch, BatchError, BatchOptions, ShotOrder};
 use ripstop::study::shots::ShotRow;
-use ripstop::study::v50::{self, V50Request};
-use ripstop::study::v50_result::V50Result;
 use tempfile::TempDir;
 
 use super::endings::edges;
-use super::{Outcome, Tests, run_on, run_until};
+use super::{Outcome, Tests, run_until};
 use crate::kept::{pack, ply, quarter, result};
 use crate::scene::shipped;
 
 pub(super) const TESTS: Tests = &[
-    ("thresholds_go_together_and_are_what_they_are_alone", thresholds),
     ("shots_of_a_batch_are_what_they_are_alone", each_as_alone),
     ("rows_do_not_depend_on_the_batch", rows),
     ("an_interrupt_gives_up_what_is_under_way", interrupted),
@@ -154,52 +150,4 @@ fn interrupted(device: &'static Device) -> Outcome {
         Err(BatchError::Interrupted) if rows.len() == 1 => Ok(()),
         other => Err(format!("{} rows, {other:?}", rows.len())),
     }
-}
-
-const TINY: &str = r#"{"title": "tiny ply", "fabric": {"file": "fabrics/s-720.json"},
-    "pack": {"width_mm": 7.62, "height_mm": 7.62},
-    "projectile": {"shape": "sphere", "diameter_mm": 3, "mass_g": 0.05, "velocity_m_s": 120}}"#;
-const VARIES: &str = r#"/variability={"obliquity": {"scatter_deg": 1},
-    "yarn_strength": {"shape": 11.5, "gauge_length_mm": 125, "yarn_shape": 20}}"#;
-
-fn tiny(sets: &[&str]) -> Case {
-    let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
-    case::from_str("tiny", TINY, &sets).unwrap_or_else(|e| panic!("{e}"))
-}
-
-/// Limit of a case on a device, from two realisations and a refined one.
-fn limit(device: &Device, case: &Case, path: &Path) -> V50Result {
-    let quiet = AtomicBool::new(false);
-    let request = V50Request { count: 2, until_width: None, bracket: 0.1, refined: 1, level: 0.9 };
-    let found = v50::run(case, &request, &options(device, &quiet), &folder(path));
-    found.unwrap_or_else(|e| panic!("{e}"))
-}
-
-/// Rows of a table, every third of which must be that of the shot alone.
-fn rows_as_alone(device: &Device, case: &Case, table: &Path) -> u64 {
-    let mut reader = csv::Reader::from_path(table).unwrap();
-    let rows: Vec<BTreeMap<String, String>> = reader.deserialize().map(Result::unwrap).collect();
-    for row in rows.iter().step_by(3) {
-        let velocity = row["asked_velocity_m_s"].parse().unwrap();
-        let order = ShotOrder { shot: row["shot"].parse().unwrap(), velocity: Some(velocity) };
-        let shot = order_case(case, 3, order).unwrap();
-        let run = run_on(device, &shot);
-        let residual = residual_velocity(&shot, &run).filter(|_| row["perforated"] == "1");
-        let alone = [Some(run.steps as f64), residual, Some(run.energy_error)];
-        let found = ["steps", "residual_velocity_m_s", "energy_error"].map(|name| row[name].parse().ok());
-        assert_eq!((row["outcome"].as_str(), found), (run.outcome.word(), alone), "{order:?}");
-    }
-    rows.len() as u64
-}
-
-fn thresholds(device: &'static Device) -> Outcome {
-    let case = tiny(&[VARIES]);
-    let whole = TempDir::new().unwrap();
-    let found = limit(device, &case, whole.path());
-    assert!(found.thresholds.iter().all(Result::is_ok) && found.refinement.is_some(), "{found:?}");
-    let tables = ["v50.csv", "v50-refined.csv"].map(|name| whole.path().join(name));
-    let finer = tiny(&[VARIES, "/solver/accuracy=converged"]);
-    let [shots, refined] = [rows_as_alone(device, &case, &tables[0]), rows_as_alone(device, &finer, &tables[1])];
-    assert!(shots > 12 && refined > 3 && (found.shots as u64, found.refined_shots as u64) == (shots, refined));
-    Ok(())
 }
