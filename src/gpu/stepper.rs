@@ -105,7 +105,7 @@ impl<'a> DeviceStepper<'a> {
             match kernel.stage {
                 Stage::Elements => {
                     for (at, ply_type) in model.ply_types.iter().enumerate() {
-                        let features = Features::new(model, ply_type);
+                        let features = Features::new(model, std::slice::from_ref(ply_type));
                         for sampled in [false, true] {
                             add(at, &features, Some(sampled), workgroups(sizes.elements, most));
                         }

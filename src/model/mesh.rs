@@ -230,7 +230,7 @@ impl Mesh {
     }
 
     /// The elements that lie side by side with one, along an axis, in the yarn across it.
-    pub(super) fn side_by_side(&self, axis: usize, element: usize, breadth: f64) -> Range<usize> {
+    pub(crate) fn side_by_side(&self, axis: usize, element: usize, breadth: f64) -> Range<usize> {
         let yarn = |at: usize| self.yarn(axis, at, breadth);
         let before = (0..element).rev().take_while(|at| yarn(*at) == yarn(element)).count();
         let behind = (element + 1..self.lines[axis].elements()).take_while(|at| yarn(*at) == yarn(element)).count();

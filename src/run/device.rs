@@ -214,18 +214,10 @@ impl<'a> DeviceSimulation<'a> {
         }
     }
 
-    /// Sets the whole scene of a case up on a device.
-    ///
-    /// # Errors
-    /// When the case cannot become a model or the device cannot hold it.
-    pub fn new(case: &Case, device: &'a Device) -> Result<Self, RunError> {
-        Self::with_skips(case, device, Skips::WHOLE)
-    }
-
     /// Sets a case up on a device with these skips.
     ///
     /// # Errors
-    /// As [`DeviceSimulation::new`].
+    /// When the case cannot become a model, or the device cannot hold it.
     pub fn with_skips(case: &Case, device: &'a Device, skips: Skips) -> Result<Self, RunError> {
         let (model, mut state) = solver::state::set_up::<f32>(case, skips.symmetry)?;
         if !skips.wavefront {

@@ -45,7 +45,6 @@ pub use outcome::Outcome;
 #[doc(hidden)]
 pub use processor::Simulation;
 use record::RunRecord;
-pub(crate) use result::speed;
 pub use result::{DeflectionProfile, NewtonStatistics, PlySample, ProfilePoint, Run, Sample};
 pub use snapshot::Snapshot;
 

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::checkpoint::{self, BackendId, Checkpoint, Checkpointable, Header};
 use super::record::RunRecord;
-use super::{Backend, Observer, Options, Run, RunError, RunScalar, Skips, View, outcome};
+use super::{Backend, Observer, Options, Run, RunError, RunScalar, Skips, outcome};
 use crate::case::Case;
 use crate::model::{Model, ModelError};
 use crate::physics::rigid_body::RigidBody;
@@ -61,11 +61,6 @@ impl<S: RunScalar> Simulation<S> {
     /// Time of the positions [s].
     pub fn time(&self) -> f64 {
         self.state.step as f64 * self.model.dt
-    }
-
-    /// View for an observer.
-    pub fn view(&self) -> View<'_> {
-        S::view(&self.model, &self.state)
     }
 
     /// Whether the run is over: the last step taken was a sample, so that the history ends at the end.
@@ -134,7 +129,7 @@ impl<S: RunScalar> Backend for Simulation<S> {
     }
 
     fn show_end(&mut self, observer: &mut dyn Observer) {
-        observer.on_end(&self.view());
+        observer.on_end(&S::view(&self.model, &self.state));
     }
 
     fn finish(self, loop_seconds: f64) -> Run {

@@ -222,13 +222,10 @@ impl RunRecord {
         run.momentum_error = run.momentum_error.max(balance.momentum_error);
         if plies.len() > 1 {
             let scale = copies as f64;
-            let whole = |m: &PlyMoment| PlyMoment { kinetic: m.kinetic * scale, stored: m.stored * scale, ..*m };
             let rows = plies.iter().zip(&self.failed).enumerate();
-            run.ply_history.extend(rows.map(|(ply, (moment, failed))| PlySample {
-                time,
-                ply,
-                moment: whole(moment),
-                failed: *failed,
+            run.ply_history.extend(rows.map(|(ply, (m, failed))| {
+                let moment = PlyMoment { kinetic: m.kinetic * scale, stored: m.stored * scale, ..*m };
+                PlySample { time, ply, moment, failed: *failed }
             }));
         }
         run.history.push(row);

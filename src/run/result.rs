@@ -295,12 +295,3 @@ impl DeflectionProfile {
         Some(elongation / plateau)
     }
 }
-
-/// Speed of `place` between two profiles [m/s].
-pub(crate) fn speed(
-    from: &DeflectionProfile,
-    to: &DeflectionProfile,
-    place: impl Fn(&DeflectionProfile) -> Option<f64>,
-) -> Option<f64> {
-    Some((place(to)? - place(from)?) / (to.time - from.time))
-}

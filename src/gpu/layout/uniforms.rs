@@ -316,7 +316,7 @@ pub fn line(ply_type: &PlyType<f32>, from: &Vector3<f64>, axis: usize, line: usi
     let from = mesh.to_ply((*from).into())[axis];
     let place = |line: usize| mesh.reference(line * axis, line * (1 - axis))[axis] - from;
     let width = mesh.widths(element * axis, element * (1 - axis))[axis];
-    let yarn = ply_type.failure_reach.side_by_side(mesh, axis, element);
+    let yarn = mesh.side_by_side(axis, element, ply_type.failure_reach.breadth[1 - axis]);
     let breaking = &ply_type.windows[axis].breaking[element];
     Line {
         place: (if line > last { place(last) + width * mesh.length[axis] } else { place(line) }) as f32,
