@@ -108,8 +108,7 @@ fn interrupt(child: Child) -> Output {
 
 /// 24 × 24 elements, ten microseconds, fast enough to break yarns.
 fn small() -> Value {
-    let fabric: Value = serde_json::from_str(case::builtin_fabric("fabrics/s-720.json").unwrap()).unwrap();
-    let mut fabric = fabric;
+    let mut fabric: Value = serde_json::from_str(case::builtin_fabric("fabrics/s-720.json").unwrap()).unwrap();
     fabric.as_object_mut().unwrap().remove("sources");
     json!({
         "title": "a small shot",

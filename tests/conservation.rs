@@ -99,15 +99,13 @@ fn threads_do_not_change_a_bit() {
 
 #[test]
 fn fabric_no_wave_has_reached_is_exactly_at_rest() {
-    let laws = ["published", "variational"];
-    let fabrics = [
+    for fabric in [
         "/fabric/crossover/compression=rigid",
         "/fabric/crossover/gap_mm=0.01",
         "/fabric/warp/crimp=0",
         "/fabric/weft/crimp=0.2",
-    ];
-    for law in laws {
-        for fabric in fabrics {
+    ] {
+        for law in ["published", "variational"] {
             let law_set = format!("/fabric/crossover/law={law}");
             let sets = [law_set.as_str(), fabric, "/projectile/offset_mm=[0,0]", "/projectile/obliquity_deg=0"];
             let case = builtin(SMALL, &sets);

@@ -84,10 +84,7 @@ fn a_frame_is_what_the_history_says_of_its_step() {
         );
         assert!((pose.position[2] + 10e-3 - row.projectile_displacement).abs() < 1e-9, "{:?}", pose.position);
     }
-    // The last frame knows every yarn that failed, and the one before no more than have by then.
-    let gone = |frame: &Frame| [0, 1].map(|yarn| frame.alive[yarn].iter().filter(|alive| **alive == 0).count() as u64);
     let last = frames.last().unwrap();
-    assert!(gone(last)[0] > 0 && gone(last) >= run.history.last().unwrap().failed, "{:?}", gone(last));
     let broken = |yarn: usize| last.alive[yarn].iter().zip(&last.tension[yarn]).filter(|(alive, _)| **alive == 0);
     assert!((0..2).flat_map(broken).all(|(_, tension)| *tension == 0.0));
     let peak = last.tension.iter().flatten().fold(0.0_f32, |peak, tension| peak.max(*tension));

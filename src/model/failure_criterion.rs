@@ -224,11 +224,6 @@ mod tests {
         model.unwrap_or_else(|error| unreachable!("{error}")).ply_types.swap_remove(0)
     }
 
-    /// Windows of a ply type.
-    fn windows(part: bool, sets: &[&str]) -> [Windows; 2] {
-        ply_type(part, sets).windows
-    }
-
     #[test]
     fn what_breaks_together_lies_within_half_the_failure_length() {
         let mesh = [
@@ -264,7 +259,7 @@ mod tests {
             &["/pack/elements_per_crossover=3"],
             &["/pack/mesh_grading=none", "/pack/elements_per_crossover=2"],
         ] {
-            let (whole, part) = (windows(false, sets), windows(true, sets));
+            let [whole, part] = [false, true].map(|part| ply_type(part, sets).windows);
             for axis in 0..2 {
                 let middle = part[axis].across.len();
                 assert_eq!(whole[axis].across.len(), 2 * middle);

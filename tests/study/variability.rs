@@ -134,9 +134,6 @@ fn what_cannot_vary_is_refused_at_its_place() {
         let error = case::from_str("t", super::campaign::SMALL, &[set.to_owned()]).unwrap_err().to_string();
         assert!(error.contains(place), "{set}: {error}");
     }
-    let still = ["/projectile=null", "/solver/end_time_us=1", "/variability/hit=unit_cell"].map(str::to_owned);
-    let error = case::from_str("t", super::campaign::SMALL, &still).unwrap_err().to_string();
-    assert!(error.contains("a projectile, whose flight varies"), "{error}");
 }
 
 /// `kat_vectors` of Random123.
