@@ -1,7 +1,10 @@
-//! Running shipped scenes from tests.
+//! Running shipped scenes from tests; small scenes, and all that a run of them gives.
 
+use std::fs;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
+use std::thread;
+use std::time::{Duration, Instant, SystemTime};
 
 use ripstop::case::{self, Case};
 use ripstop::output;
@@ -45,4 +48,101 @@ pub(crate) fn finish(mut simulation: Simulation<f64>, case: &Case) -> Run {
 /// The expectations of a case against its run.
 pub(crate) fn checked(case: &Case, run: &Run) -> Vec<Value> {
     output::check(case, run, &output::summary(case, run, 0.0))
+}
+
+/// 24 × 16 elements struck off centre and aslant, with failures, friction, rotation, profiles on and between samples.
+pub(crate) fn ply() -> Case {
+    let sets = ["/pack/width_mm=30.48", "/pack/height_mm=20.32", "/projectile/velocity_m_s=400"];
+    let times = ["/solver/end_time_us=36", "/output/profile_times_us=[5,11.03,30]", "/output/history_interval_us=0.7"];
+    builtin("cases/verify/mirror.json", &[&sets[..], &times, &["/expect=[]"]].concat())
+}
+
+/// Three such plies, one of them turned, that touch and rub.
+pub(crate) fn pack() -> Case {
+    let layup = r#"/pack/layup=[{"plies":1},{"plies":1,"orientation_deg":30},{"plies":1}]"#;
+    let sets = ["/pack/width_mm=25.4", "/pack/height_mm=22.86", "/projectile/velocity_m_s=500", layup];
+    let times = ["/solver/end_time_us=26", "/output/history_interval_us=0.7"];
+    builtin("cases/verify/mirror.json", &[&sets[..], &times, &["/expect=[]"]].concat())
+}
+
+/// Two plies struck in the middle, of which a quarter is computed; the run ends with its outcome.
+pub(crate) fn quarter() -> Case {
+    let size = ["/pack/width_mm=25.4", "/pack/height_mm=25.4", "/pack/plies=2", "/expect=[]", "/solver/end_time_us=80"];
+    let shot = ["/projectile/length_mm=5", "/projectile/mass_g=0.3", "/projectile/velocity_m_s=60"];
+    let profile = "/output/profile_times_us=[20]";
+    builtin("cases/s720-1ply-155.json", &[&size[..], &shot, &[profile]].concat())
+}
+
+/// Everything a run computed, every digit.
+pub(crate) fn result(case: &Case, run: &Run) -> Vec<String> {
+    let Run { history, events, profiles, ply_history, .. } = run;
+    let rows = history.iter().map(|row| format!("{row:?}"));
+    let events = events.iter().map(|event| format!("{event:?}"));
+    let profiles = profiles.iter().map(|profile| format!("{profile:?}"));
+    let plies = ply_history.iter().map(|ply| format!("{ply:?}"));
+    let summary = without_costs(output::summary(case, run, 0.0));
+    rows.chain(events).chain(profiles).chain(plies).chain([summary.to_string()]).collect()
+}
+
+/// A summary without what the run cost.
+pub(crate) fn without_costs(mut summary: Value) -> Value {
+    for cost in ["loop_s", "host_overhead_s", "wall_s", "element_steps_per_s", "threads"] {
+        summary.as_object_mut().unwrap().remove(cost).unwrap_or_else(|| panic!("{cost}"));
+    }
+    summary
+}
+
+/// Every file of a finished run by name, byte by byte, but for what the run cost; those of folders within, too.
+pub(crate) fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
+    let mut files = Vec::new();
+    for entry in fs::read_dir(folder).unwrap().map(Result::unwrap) {
+        let (name, path) = (entry.file_name().into_string().unwrap(), entry.path());
+        if path.is_dir() {
+            files.extend(self::files(&path).into_iter().map(|(inner, bytes)| (format!("{name}/{inner}"), bytes)));
+            continue;
+        }
+        let bytes = fs::read(&path).unwrap();
+        let bytes = match name.as_str() {
+            "summary.json" => without_costs(serde_json::from_slice(&bytes).unwrap()).to_string().into_bytes(),
+            "report.html" => without_machine(&bytes).to_vec(),
+            _ => bytes,
+        };
+        files.push((name, bytes));
+    }
+    files.sort();
+    files
+}
+
+/// A report up to its last section, which has the cost of the run.
+fn without_machine(page: &[u8]) -> &[u8] {
+    let mark = b"id=\"machine\"";
+    &page[..page.windows(mark.len()).position(|part| part == mark).unwrap()]
+}
+
+/// The files of two runs are the same.
+#[track_caller]
+pub(crate) fn same_files(one: &[(String, Vec<u8>)], two: &[(String, Vec<u8>)]) {
+    let names = |files: &[(String, Vec<u8>)]| files.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
+    assert_eq!(names(one), names(two));
+    for ((name, one), (_, two)) in one.iter().zip(two) {
+        let first =
+            one.split(|byte| *byte == b'\n').zip(two.split(|byte| *byte == b'\n')).find(|(one, two)| one != two);
+        let words = first.map(|(one, two)| {
+            [one, two].map(|line| String::from_utf8_lossy(&line[..line.len().min(200)]).into_owned())
+        });
+        assert!(one == two, "{name}: {} and {} bytes, {words:?}", one.len(), two.len());
+    }
+}
+
+/// Waits until a file is there and another than before; when it was written.
+pub(crate) fn wait_for_another(path: &Path, before: Option<SystemTime>) -> Option<SystemTime> {
+    let patience = Instant::now() + Duration::from_secs(120);
+    while Instant::now() < patience {
+        let now = path.metadata().and_then(|file| file.modified()).ok();
+        if now.is_some() && now != before {
+            return now;
+        }
+        thread::sleep(Duration::from_millis(1));
+    }
+    panic!("{} does not change", path.display());
 }

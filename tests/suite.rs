@@ -13,7 +13,6 @@ mod examples;
 mod frames;
 mod fuzz;
 mod graded;
-mod kept;
 mod objectivity;
 mod outcome;
 mod packs;

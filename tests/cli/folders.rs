@@ -5,7 +5,7 @@
 use ripstop::run::checkpoint::Checkpoint;
 
 use super::*;
-use crate::kept::{files, same_files, wait_for_another};
+use crate::scene::{files, same_files, wait_for_another};
 use crate::support::Random;
 
 const CHECKPOINT: &str = "out/shot/checkpoint.bin";

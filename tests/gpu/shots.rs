@@ -19,7 +19,7 @@ use ripstop::run::device::DeviceSimulation;
 use ripstop::run::{self, Options, Precision, Run, Skips};
 
 use super::harness::{Outcome, trial};
-use crate::kept::{self, result};
+use crate::scene::{self, result};
 use crate::scene::{builtin, run, run_as};
 
 /// Tests by name.
@@ -184,7 +184,7 @@ fn finer(elements: u32, sets: &[&str]) -> Case {
 
 /// A small ply and a small pack, one ply turned, that tear.
 fn torn() -> [Case; 2] {
-    [kept::ply(), kept::pack()].map(|mut case| {
+    [scene::ply(), scene::pack()].map(|mut case| {
         case.solver.contact_sampling = ContactSampling::Edges;
         (case.solver.end_time, case.output.history_interval) = (12e-6, 0.2e-6);
         case.output.profile_times.clear();

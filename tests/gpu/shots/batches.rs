@@ -15,8 +15,8 @@ use tempfile::TempDir;
 
 use super::endings::edges;
 use super::{Outcome, Tests, run_until};
-use crate::kept::{pack, ply, quarter, result};
 use crate::scene::shipped;
+use crate::scene::{pack, ply, quarter, result};
 
 pub(super) const TESTS: Tests = &[
     ("shots_of_a_batch_are_what_they_are_alone", each_as_alone),

@@ -12,8 +12,8 @@ use ripstop::run::{self, Observer, Options, Outcome as Fate, Run, RunError, Simu
 use tempfile::TempDir;
 
 use super::{Outcome, Tests, begun, failures_add_up, run_on, run_until, sound};
-use crate::kept::{pack, ply, result};
 use crate::scene::{builtin, run};
+use crate::scene::{pack, ply, result};
 use crate::support::{Random, torn};
 
 pub(super) const TESTS: Tests = &[
