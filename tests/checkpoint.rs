@@ -18,8 +18,7 @@ use ripstop::run::checkpoint::{Checkpoint, Checkpointable, FORMAT, Header};
 use ripstop::run::{self, Observer, Options, Run, RunError, RunScalar, Simulation, Skips};
 use tempfile::TempDir;
 
-use crate::scene::builtin;
-use crate::scene::{pack, ply, quarter, result};
+use crate::scene::{builtin, pack, ply, quarter, result};
 use crate::support::Random;
 
 fn start<S: RunScalar>(case: &Case) -> Simulation<S> {

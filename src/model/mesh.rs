@@ -30,8 +30,8 @@ pub struct Mesh {
 impl Mesh {
     /// The whole mesh of a ply of a layer.
     pub(super) fn of_layer(layer: &Layer) -> Self {
-        let length = [layer.element_length_x, layer.element_length_y];
-        let mut mesh = Self::new(layer.columns, layer.rows, length, layer.orientation);
+        let length = layer.mesh.length;
+        let mut mesh = Self::new(layer.mesh.count[0], layer.mesh.count[1], length, layer.orientation);
         mesh.between_yarns = layer.between_yarns(mesh.rotation);
         if let Some([x, y]) = layer.lines(mesh.rotation) {
             [mesh.columns, mesh.rows] = [x.len() - 1, y.len() - 1];

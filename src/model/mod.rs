@@ -140,7 +140,7 @@ impl<S: Scalar> Model<S> {
 
     fn cut(case: &Case, cut: bool) -> Result<Self, ModelError> {
         let (layers, plies) = layup::layup(case);
-        let cell = layers.iter().map(|layer| layer.element_length_x.max(layer.element_length_y)).fold(0.0, f64::max);
+        let cell = layers.iter().map(|layer| layer.mesh.length[0].max(layer.mesh.length[1])).fold(0.0, f64::max);
         let projectile = match &case.projectile {
             Some(p) => Some(RigidBody::new(p, Body::new(p).ok_or(ModelError::EdgeRadius)?, cell)),
             None => None,

@@ -66,7 +66,7 @@ impl<S: Scalar> PlyType<S> {
     /// Derives the constants of a layer cut at these planes.
     pub(super) fn new(case: &Case, layer: &Layer, planes: MirrorPlanes) -> Result<Self, ModelError> {
         let (fabric, pack) = (&layer.fabric, &case.pack);
-        let length = [layer.element_length_x, layer.element_length_y];
+        let length = layer.mesh.length;
         let mesh = Mesh::of_layer(layer).part(planes);
         let Edges { left, right, bottom, top } = layer.edges;
         let along_axes = mesh.rotation.contains(&0.0);

@@ -340,10 +340,4 @@ mod tests {
             x *= 1.37;
         }
     }
-
-    #[test]
-    fn min_and_max_follow_the_order() {
-        assert_eq!(Real::max(1.0_f64, 2.0), 2.0);
-        assert_eq!(Real::min(1.0_f32, 2.0), 1.0);
-    }
 }

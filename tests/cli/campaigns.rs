@@ -194,7 +194,7 @@ fn a_fit_has_its_agreed_names_and_says_how_it_was_made() {
 }
 
 #[test]
-fn residual_velocities_and_the_rules_of_standards_are_shown() {
+fn residual_velocities_and_the_rules_of_standards_are_in_the_results() {
     let exact = |velocity: f64| format!("{velocity},1,{}\n", (velocity * velocity - 300.0 * 300.0).sqrt());
     let passed: String = [305.0, 310.0, 320.0, 340.0, 380.0].map(exact).concat();
     let text = format!("velocity_m_s,perforated,residual_velocity_m_s\n280,0,0\n295,0,\n299,0,\n306,0,\n{passed}");
@@ -205,12 +205,6 @@ fn residual_velocities_and_the_rules_of_standards_are_shown() {
         near(&curve["limit"], 300.0, 1e-3);
     }
     assert_eq!(found["arithmetic"][2]["refused"], "perforations: 5, stops: 4");
-    let text = stdout(&fit(&bench, &["shots.csv"]));
-    for part in ["V50 ", "STANAG 2920", "Recht-Ipson", "Vr = a"] {
-        assert!(text.contains(part), "{part} in\n{text}");
-    }
-    assert!(text.lines().all(|line| line.trim_end() == line), "{text}");
-    assert!(!text.contains('\u{1b}'));
 }
 
 #[test]

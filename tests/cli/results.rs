@@ -1,7 +1,5 @@
 //! Files that runs leave, what they hold, and what does not change them.
 
-use std::io::Write as _;
-
 use super::*;
 
 const SUMMARY: &str = "trust notes residual_velocity_scatter_m_s broken_yarns failures_at outcome residual_velocity_m_s \
@@ -220,24 +218,4 @@ fn several_cases_run_one_after_the_other_each_in_its_folder() {
     assert_eq!(code(&bench.shoot(&["--set", "/projectile/velocity_m_s=50"])), 0);
     let title = |folder: &str| bench.json(&format!("out/{folder}/summary.json"))["title"].as_str().unwrap().to_owned();
     assert_eq!(title("shot+velocity_m_s=50"), format!("{} [velocity_m_s = 50]", title("shot")));
-}
-
-#[test]
-fn a_case_comes_on_standard_input() {
-    let bench = Bench::new(&small_with("/solver/end_time_us", json!(2)));
-    let piped = |arguments: &[&str], text: &str| {
-        let mut command = bench.command(&[arguments, &["--backend", "cpu"]].concat());
-        let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-        child.stdin.take().unwrap().write_all(text.as_bytes()).unwrap();
-        child.wait_with_output().unwrap()
-    };
-    let run = ["run", "-", "--set", "/projectile/velocity_m_s=50"];
-    let output = piped(&run, &bench.text("shot.json"));
-    assert_eq!(code(&output), 0, "{}", stderr(&output));
-    assert!(bench.path("out/stdin+velocity_m_s=50/summary.json").exists());
-    // Every point of a sweep reads what came once.
-    let output = piped(&["sweep", "-", "--over", "/projectile/velocity_m_s=40,50"], &bench.text("shot.json"));
-    assert_eq!(code(&output), 0, "{}", stderr(&output));
-    let bad = piped(&run, "{");
-    assert!(code(&bad) == 2 && stderr(&bad).starts_with("error: stdin: line 1"), "{}", stderr(&bad));
 }

@@ -19,31 +19,24 @@ fn the_table_begins_with_the_verdict_and_holds_what_a_reader_asks_for() {
     let verdict = text.lines().filter(|line| !line.is_empty()).nth(1).unwrap();
     assert!(verdict.starts_with("UNDECIDED at 10") && verdict.contains("struck at 600 m/s"), "{verdict}");
     for part in [
-        "lost by the projectile",
         "of 540",
-        "fabric, kinetic",
         "hourglass",
         "contact",
         "friction",
-        "yarn failure",
-        "unaccounted",
         "energy gained",
         "work balance",
         "momentum error",
         "hourglass / internal",
         "fabric inside the projectile",
         "unit cells unsolved",
-        "assumed parameters",
         "/fabric/crossover/gap_mm",
         "576 elements",
         "a quarter, mirrored at x = 0 and y = 0",
         "not skipped  outcome",
-        "set by:",
         "element-steps/s",
         "cpu",
         "pass  elements",
         "out/shot",
-        "history.csv",
         "frames.pvd",
     ] {
         assert!(text.contains(part), "{part} in\n{text}");
@@ -125,7 +118,7 @@ fn codes(warnings: &[Warning]) -> Vec<&'static str> {
 fn a_run_is_warned_of_above_each_threshold_and_not_at_it() {
     let (mut case, run) = run(&small_with("/solver/end_time_us", json!(2)));
     case.fields.clear();
-    let diagonal = case.pack.element_length_x.hypot(case.pack.element_length_y);
+    let diagonal = case.pack.mesh.length[0].hypot(case.pack.mesh.length[1]);
     type Set = fn(&mut Run, f64);
     let set: [(&str, f64, Set); 4] = [
         ("W2", checks::ENERGY_LIMIT, |run, value| run.energy_error = value),

@@ -127,7 +127,7 @@ fn refused() -> Result<(), libtest_mimic::Failed> {
     };
     let large = ["/pack/width_mm=2500", "/pack/height_mm=2500"];
     let pack = builtin(CASE, &large).pack;
-    assert_eq!(refused(&large), ("forces", 36 * (pack.rows * pack.columns) as u64, 128 << 20));
+    assert_eq!(refused(&large), ("forces", 36 * (pack.mesh.count[1] * pack.mesh.count[0]) as u64, 128 << 20));
     // The equations of an edge grow with the square of its length.
     let wide = ["/projectile/diameter_mm=60", "/projectile/offset_mm=[0,0]", "/pack/plies=12"];
     let edges = ["/solver/contact_sampling=edges", "/pack/width_mm=80", "/pack/height_mm=80"];

@@ -12,9 +12,9 @@ use ripstop::run::{self, Observer, Options, Outcome as Fate, Run, RunError, Simu
 use tempfile::TempDir;
 
 use super::{Outcome, Tests, begun, failures_add_up, run_on, run_until, sound};
-use crate::scene::{builtin, run};
-use crate::scene::{pack, ply, result};
-use crate::support::{Random, torn};
+use crate::scene::torn;
+use crate::scene::{builtin, pack, ply, result, run};
+use crate::support::Random;
 
 pub(super) const TESTS: Tests = &[
     ("an_interrupt_ends_with_a_row", interrupted),
@@ -63,7 +63,7 @@ fn unstable(device: &'static Device) -> Outcome {
     assert!(["element_force", "node_update", "projectile_contact", "rigid_body"].contains(&found.kernel), "{found:?}");
     let [ply, row, column] = found.place;
     assert!(
-        ply == 0 && row <= case.pack.rows && column <= case.pack.columns && !found.quantity.is_empty(),
+        ply == 0 && row <= case.pack.mesh.count[1] && column <= case.pack.mesh.count[0] && !found.quantity.is_empty(),
         "{found:?}"
     );
     for row in &run.history {
