@@ -309,7 +309,7 @@ mod tests {
             weakest.sort_by(f64::total_cmp);
             let n = weakest.len() as f64;
             let off = weakest.iter().enumerate().map(|(i, weak)| {
-                let p = law.probability(length, *weak);
+                let p = -(-(length / law.gauge) * (weak / law.scale).powf(law.shape)).exp_m1();
                 (p - i as f64 / n).abs().max((p - (i as f64 + 1.0) / n).abs())
             });
             let off = off.fold(0.0, f64::max);

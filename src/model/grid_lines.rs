@@ -11,7 +11,7 @@ pub(crate) struct Lines {
     /// Place of each line, counted in finest elements from the first line; at least two.
     places: Vec<f64>,
     /// Whether elements may differ in length.
-    graded: bool,
+    pub(super) graded: bool,
 }
 
 impl Lines {
@@ -22,10 +22,6 @@ impl Lines {
     /// Lines at these places.
     pub(super) fn graded(places: Vec<f64>) -> Self {
         Self { places, graded: true }
-    }
-
-    pub(super) fn is_graded(&self) -> bool {
-        self.graded
     }
 
     pub(super) fn elements(&self) -> usize {

@@ -213,7 +213,7 @@ impl Mesh {
 
     /// Whether elements differ in size.
     pub fn is_graded(&self) -> bool {
-        self.lines.iter().any(Lines::is_graded)
+        self.lines.iter().any(|lines| lines.graded)
     }
 
     /// Elements within `reach` finest ones of the middle of every element along an axis, and how much of each; of the whole ply, of

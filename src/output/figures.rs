@@ -16,8 +16,6 @@ const PROFILES: usize = 6;
 const POINTS: usize = 121;
 /// Stretch up to which a cell is drawn whose yarns do not break [-].
 const FAR: f64 = 1.1;
-/// A quantity of the history under its name.
-type HistoryCurve = (&'static str, fn(&Sample) -> f64);
 
 /// A line under its name.
 type Line = (String, Vec<[f64; 2]>);
@@ -110,7 +108,7 @@ pub(super) fn plies(run: &Run) -> Option<Figure> {
 
 /// Energies and their sum.
 pub(super) fn energy(run: &Run) -> Figure {
-    let mut curves: Vec<HistoryCurve> = vec![
+    let mut curves: Vec<(&str, fn(&Sample) -> f64)> = vec![
         ("projectile", |row| row.balance.projectile),
         ("fabric, kinetic", |row| row.balance.kinetic),
         ("fabric, internal", |row| row.balance.internal),

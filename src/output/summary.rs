@@ -49,11 +49,6 @@ pub fn residual_velocity(case: &Case, run: &Run) -> Option<f64> {
     }
 }
 
-/// Whether a projectile flies that the fabric can slow down.
-pub fn flies_freely(case: &Case) -> bool {
-    case.projectile.as_ref().is_some_and(|p| p.motion == Motion::Free)
-}
-
 fn peak(run: &Run, quantity: fn(&Sample) -> f64) -> f64 {
     run.history.iter().map(quantity).fold(0.0, f64::max)
 }
@@ -292,7 +287,7 @@ fn words(case: &Case, run: &Run) -> (&'static str, String) {
     if run.interrupted {
         return ("interrupted", format!("at {reached}, {deflected}"));
     }
-    let Some(projectile) = case.projectile.as_ref().filter(|_| flies_freely(case)) else {
+    let Some(projectile) = case.projectile.as_ref().filter(|p| p.motion == Motion::Free) else {
         return ("done", format!("{reached} computed, {deflected}"));
     };
     let left = residual_velocity(case, run).unwrap_or(0.0);
@@ -307,7 +302,11 @@ fn words(case: &Case, run: &Run) -> (&'static str, String) {
                 Some(scatter) => format!("{} m/s ± {} by the mesh", short(left, 3), short(scatter, 2)),
                 None => format!("{velocity} m/s"),
             };
-            let past = if run.is_unbroken() { ", past fabric of which no yarn broke" } else { "" };
+            let past = if run.history.last().is_some_and(|row| row.failed == [0; 2]) {
+                ", past fabric of which no yarn broke"
+            } else {
+                ""
+            };
             ("perforated", format!("leaves at {leaves}{past}, {struck}"))
         }
         Outcome::Stopped => {

@@ -156,11 +156,6 @@ impl Run {
     pub fn deflection(&self) -> f64 {
         self.deflections.iter().copied().fold(0.0, f64::max)
     }
-
-    /// Whether no yarn has failed.
-    pub(crate) fn is_unbroken(&self) -> bool {
-        self.history.last().is_some_and(|row| row.failed == [0; 2])
-    }
 }
 
 /// One node of a profile.
