@@ -1,13 +1,19 @@
-//! The README, the book under `docs/src` and the decisions, held to the program.
+//! The README, the book under `docs/src`, the decisions and the examples, held to the program.
 //!
 //! Promises: the README is short; every command in a block marked `sh` or `console` does what its page says, and prints what a
 //! `console` block shows; tables marked as generated are what the program prints; lists of keys, columns, checks and commands
-//! are those of the program; links, paths and the summary lead somewhere. With `RIPSTOP_UPDATE_DOCS=1` generated tables and the
+//! are those of the program; links, paths and the summary lead somewhere; examples end with no error. With `RIPSTOP_UPDATE_DOCS=1` generated tables and the
 //! picture are written anew.
 
 mod commands;
 mod lists;
+#[path = "../examples/one_shot.rs"]
+mod one_shot;
 mod page;
+#[path = "../examples/unit_cell.rs"]
+mod unit_cell;
+#[path = "../examples/velocity_sweep.rs"]
+mod velocity_sweep;
 
 use std::fs;
 use std::path::Path;
@@ -75,4 +81,19 @@ fn every_generated_part_is_held() {
     let mut held = GENERATED;
     held.sort_unstable();
     assert_eq!(names, held);
+}
+
+#[test]
+fn one_shot_runs() {
+    one_shot::main().unwrap();
+}
+
+#[test]
+fn the_velocity_sweep_runs() {
+    velocity_sweep::main().unwrap();
+}
+
+#[test]
+fn the_unit_cell_runs() {
+    unit_cell::main().unwrap();
 }

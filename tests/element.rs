@@ -120,11 +120,11 @@ fn a_rigid_motion_turns_forces_and_keeps_the_energy() {
 fn a_picture_frame_measures_the_shear_resultant() {
     const CELLS: usize = 4;
     let square = |mut case: Case| {
-        case.pack.element_length_y = case.pack.element_length_x;
+        case.pack.mesh.length[1] = case.pack.mesh.length[0];
         case
     };
     let slack = square(slack(case(CELLS, CELLS)));
-    let side = CELLS as f64 * slack.pack.element_length_x;
+    let side = CELLS as f64 * slack.pack.mesh.length[0];
     let (shear, t) = (slack.fabric.shear.clone().unwrap(), slack.fabric.thickness);
     // ∫G dγ of (25), by hand: G1, a ramp, G2; and its integral, the energy per area.
     let (ramp, rise) = (shear.gamma2 - shear.gamma1, shear.g2 - shear.g1);
@@ -261,8 +261,8 @@ fn forces_are_the_slope_of_the_stored_energy() {
     let soft = unbreakable(case(2, 2));
     let mut coarse = soft.clone();
     coarse.pack.crossovers_per_element = 3;
-    coarse.pack.element_length_x *= 3.0;
-    coarse.pack.element_length_y *= 3.0;
+    coarse.pack.mesh.length[0] *= 3.0;
+    coarse.pack.mesh.length[1] *= 3.0;
     let graded = graded(unbreakable(case(6, 5)));
     for case in [soft.clone(), rigid(soft.clone()), coarse, graded] {
         for (f1, f2) in STATES {
@@ -270,7 +270,7 @@ fn forces_are_the_slope_of_the_stored_energy() {
             for dead in [&[][..], &[(0, 0, 0)], &[(0, 1, 0), (1, 0, 1)], &[(0, 0, 0), (0, 0, 1), (1, 1, 1)]] {
                 let mut patch = Patch::<f64>::new(&case);
                 dead.iter().for_each(|&(row, column, yarn)| patch.kill(row, column, yarn));
-                let u = rough(&patch, f1, f2, 2e-3 * case.pack.element_length_x, &mut random);
+                let u = rough(&patch, f1, f2, 2e-3 * case.pack.mesh.length[0], &mut random);
                 worst.see(gradient_error(&mut patch, &u), || format!("{f1:?} {f2:?}, dead {dead:?}"));
             }
         }
@@ -290,7 +290,7 @@ fn the_hourglass_mode_costs_its_share_of_the_full_integration_stiffness() {
     let mut case = slack(case(1, 1));
     // Stretches that are means over the element see the mode, too.
     case.solver.stretch_sampling = StretchSampling::Centre;
-    let (lx, ly) = (case.pack.element_length_x, case.pack.element_length_y);
+    let (lx, ly) = (case.pack.mesh.length[0], case.pack.mesh.length[1]);
     // C_i = EA_i·count of the other yarn.
     let [c1, c2] = [stiffness(&case, 0) * case.fabric.weft.count, stiffness(&case, 1) * case.fabric.warp.count];
     let whole = case.solver.hourglass * 2.0 / 3.0 * (c1 * ly / lx + c2 * lx / ly);
@@ -352,7 +352,7 @@ fn shear_of_a_collapsed_element_fades_and_is_the_slope_of_its_energy() {
         assert_eq!(sums.max_tension, 0.0);
         (forces, sums.stored)
     };
-    let [lx, ly] = [case.pack.element_length_x, case.pack.element_length_y];
+    let [lx, ly] = case.pack.mesh.length;
     let whole = energy(0.9).1;
     for squeeze in [0.45, 0.2, 1e-2, 1e-4] {
         let (forces, stored) = energy(squeeze);

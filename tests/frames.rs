@@ -1,7 +1,7 @@
 //! Frames: the whole scene at one time.
 //!
 //! Promise: a frame is what the run computed at its time, the same whichever part of a symmetric scene was computed. What files make of it is
-//! the affair of `tests/vtk.rs`.
+//! the affair of `tests/external.rs`.
 //! Red when: mirror images point the wrong way or stand in the wrong place, broken yarns count as alive, what has moved is
 //! left out, units are wrong, or frames come at other times than asked for.
 

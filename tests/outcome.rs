@@ -15,8 +15,8 @@ use ripstop::run::outcome::{self, Outcome};
 use ripstop::solver::node_update::field as node;
 use ripstop::solver::state::State;
 
+use crate::scene::torn::{self, SEAM, ring};
 use crate::scene::{builtin, finish, run as run_case};
-use crate::support::torn::{self, SEAM, ring};
 
 /// A ply struck in the middle, whose yarns a test cuts by hand.
 struct Ply {
@@ -249,8 +249,8 @@ fn a_pack_that_nothing_holds_stops_a_shot_at_their_common_velocity() {
         let place = format!("{edges} {moving} m/s {symmetry}");
         // Momentum alone: of the projectile, and of as much fabric as the pack is large.
         let (mass, fabric) =
-            (3.0e-3, case.fabric.areal_density * case.pack.columns as f64 * case.pack.element_length_x);
-        let fabric = fabric * case.pack.rows as f64 * case.pack.element_length_y;
+            (3.0e-3, case.fabric.areal_density * case.pack.mesh.count[0] as f64 * case.pack.mesh.length[0]);
+        let fabric = fabric * case.pack.mesh.count[1] as f64 * case.pack.mesh.length[1];
         let common = (mass * 60.0 + fabric * moving) / (mass + fabric);
         assert!(common < 50.0, "the pack takes part: {common} m/s");
         assert_eq!((run.outcome, run.rebound_velocity), (Outcome::Stopped, None), "{place}");

@@ -1,4 +1,4 @@
-//! `report.html` and its animation. That the page works in a browser is in `tests/browser.rs`.
+//! `report.html` and its animation. That the page works in a browser is in `tests/external.rs`.
 //!
 //! Promise: the verdict comes first and says when a run broke off; every level of a check can be reached and gives its reason; what a
 //! user wrote is words; nothing is asked of a network; keyframes lie evenly over a run and show what the history says.

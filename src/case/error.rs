@@ -5,7 +5,6 @@ use std::{fmt, iter};
 
 use serde_json::Value;
 
-use super::changes;
 use super::keys::{CASE, Key, accepts, expected, fits, keys, lookup, object, pointers, strings, value_of};
 
 /// Refusal of a case.
@@ -46,11 +45,6 @@ impl fmt::Display for CaseError {
 }
 
 impl CaseError {
-    /// The pointer of the change by `--set` that caused it.
-    pub fn of_set(&self) -> Option<&str> {
-        self.location.strip_prefix(changes::FLAG).map(str::trim_start)
-    }
-
     /// An error in a file, at a JSON pointer of it.
     pub fn new(
         file: &str,

@@ -326,11 +326,6 @@ impl BuiltInFabric {
     pub fn file(self) -> &'static str {
         BUILT_IN[self as usize].0
     }
-
-    /// Keys and values of the fabric, with their sources, as JSON.
-    pub fn text(self) -> &'static str {
-        BUILT_IN[self as usize].1
-    }
 }
 
 /// The text of a fabric that is built into the program, by its name in a case: `fabrics/s-720.json`.

@@ -6,7 +6,7 @@ use serde::Deserialize;
 use super::error::millimetres;
 use super::keys::{WordOr, choices};
 use super::provenance::Provenance;
-use super::{Case, CaseError, Layer, Shape};
+use super::{Case, CaseError, Layer, MeshSize, Shape};
 
 /// Fine elements reach this far from the projectile's wall by default, over its radius [-].
 const FINE_RADII: f64 = 1.0;
@@ -174,7 +174,8 @@ impl Grading {
 impl Layer {
     /// Finest elements along warp and weft, and their length [m].
     fn axes(&self) -> [(f64, f64); 2] {
-        [(self.columns as f64, self.element_length_x), (self.rows as f64, self.element_length_y)]
+        let MeshSize { count, length, .. } = self.mesh;
+        [0, 1].map(|axis| (count[axis] as f64, length[axis]))
     }
 
     /// Cosine and sine of the warp's angle.
@@ -186,7 +187,7 @@ impl Layer {
     /// Places of the lines of nodes along warp and weft, counted in finest elements from the first; `None` where they are even.
     /// `turn`: cosine and sine of the warp's angle.
     pub fn lines(&self, turn: [f64; 2]) -> Option<[Vec<f64>; 2]> {
-        let grading = self.grading?;
+        let grading = self.mesh.grading?;
         let (range, hit, axes) = (grading.range(turn), turned(turn, grading.hit), self.axes());
         Some([0, 1].map(|axis| {
             let (count, length) = axes[axis];
@@ -200,7 +201,7 @@ impl Layer {
     /// hits. `turn`: cosine and sine of the warp's angle.
     pub(crate) fn between_yarns(&self, turn: [f64; 2]) -> [f64; 2] {
         let axes = self.axes();
-        match self.grading.filter(|grading| grading.lines_from == LinesFrom::Hit) {
+        match self.mesh.grading.filter(|grading| grading.lines_from == LinesFrom::Hit) {
             Some(grading) => {
                 let hit = turned(turn, grading.hit);
                 [0, 1].map(|axis| hit[axis] / axes[axis].1 + 0.5 * axes[axis].0)
@@ -211,7 +212,7 @@ impl Layer {
 
     /// Places of the lines of nodes along warp and weft, even or not, counted in finest elements from the first.
     pub(crate) fn node_lines(&self) -> [Vec<f64>; 2] {
-        let even = || [self.columns, self.rows].map(|count| (0..=count).map(|k| k as f64).collect());
+        let even = || self.mesh.count.map(|count| (0..=count).map(|k| k as f64).collect());
         self.lines(self.turn()).unwrap_or_else(even)
     }
 
@@ -226,7 +227,7 @@ impl Layer {
 
     /// Elements along warp and weft.
     pub fn counts(&self) -> [usize; 2] {
-        self.lines(self.turn()).map_or([self.columns, self.rows], |lines| lines.map(|lines| lines.len() - 1))
+        self.lines(self.turn()).map_or(self.mesh.count, |lines| lines.map(|lines| lines.len() - 1))
     }
 }
 

@@ -35,12 +35,12 @@ pub use fabric::{
     BuiltInFabric, Compression, Crossover, Fabric, Law, MembraneForce, Shear, ShearModulus, Yarn, builtin_fabric,
 };
 pub use grading::{Grading, LinesFrom};
-pub use pack::{Edge, Edges, InitialDeflection, Layer, Pack};
+pub use pack::{Edge, Edges, InitialDeflection, Layer, MeshSize, Pack};
 pub use projectile::{Along, Motion, Projectile, Rotation, Shape};
 pub(crate) use provenance::mesh;
 pub use provenance::{Field, Origin, report};
-pub use read::{MAX_BYTES, from_str, from_text, read};
 pub(crate) use read::{converged, realisation};
+pub use read::{from_str, from_text, read};
 pub use schema::{reference, schema};
 pub use solver::{
     Accuracy, Bound, ContactSampling, Expect, Numerics, Output, RunUntil, Solver, StretchSampling, Symmetry,
@@ -139,11 +139,7 @@ impl Case {
             orientation: 0.0,
             edges: pack.edges,
             initial_velocity: pack.initial_velocity,
-            columns: pack.columns,
-            rows: pack.rows,
-            element_length_x: pack.element_length_x,
-            element_length_y: pack.element_length_y,
-            grading: pack.grading,
+            mesh: pack.mesh,
         }])
     }
 
@@ -161,7 +157,7 @@ impl Case {
 
     /// Elements over all plies.
     pub fn elements(&self) -> usize {
-        self.layers().iter().map(|layer| layer.plies as usize * layer.columns * layer.rows).sum()
+        self.layers().iter().map(|layer| layer.plies as usize * layer.mesh.count.iter().product::<usize>()).sum()
     }
 }
 
@@ -277,12 +273,12 @@ fn fit_to_end(case: &mut Case) {
 /// Critical step of the one-point orthotropic quad, min(Lx √(Ad/C1), Ly √(Ad/C2)) [s].
 fn critical_step(layer: &Layer) -> f64 {
     let fabric = &layer.fabric;
-    let area = |linear_density: f64| linear_density / fabric.fibre_density;
-    let stiffness_x = fabric.warp.modulus * area(fabric.warp.linear_density) * fabric.weft.count;
-    let stiffness_y = fabric.weft.modulus * area(fabric.weft.linear_density) * fabric.warp.count;
-    let step_x = layer.element_length_x * (fabric.areal_density / stiffness_x).sqrt();
-    let step_y = layer.element_length_y * (fabric.areal_density / stiffness_y).sqrt();
-    step_x.min(step_y)
+    let step = |length: f64, yarn: &Yarn, other: &Yarn| {
+        let stiffness = yarn.modulus * (yarn.linear_density / fabric.fibre_density) * other.count;
+        length * (fabric.areal_density / stiffness).sqrt()
+    };
+    let [x, y] = layer.mesh.length;
+    step(x, &fabric.warp, &fabric.weft).min(step(y, &fabric.weft, &fabric.warp))
 }
 
 /// Bytes that the run will hold, about.

@@ -94,21 +94,9 @@ pub struct Pack {
     #[serde(default)]
     #[schemars(with = "Option<Vec<Layer>>", length(min = 1, max = MAX_PLIES))]
     pub layup: Vec<Layer>,
-    /// Elements of the finest size along warp (X).
+    /// Elements of a ply of the case's fabric.
     #[serde(skip)]
-    pub columns: usize,
-    /// Elements of the finest size along weft (Y).
-    #[serde(skip)]
-    pub rows: usize,
-    /// Undeformed length along warp of the finest elements [m].
-    #[serde(skip)]
-    pub element_length_x: f64,
-    /// Undeformed length along weft of the finest elements [m].
-    #[serde(skip)]
-    pub element_length_y: f64,
-    /// Growth of elements away from the hit; `None`: they are alike.
-    #[serde(skip)]
-    pub grading: Option<Grading>,
+    pub mesh: MeshSize,
 }
 
 /// Consecutive plies that are alike.
@@ -141,20 +129,19 @@ pub struct Layer {
     /// Otherwise: the pack's initial_velocity_m_s.
     #[schemars(rename = "initial_velocity_m_s", inner(range(min = -5000, max = 5000)))]
     pub initial_velocity: [f64; 3],
-    /// Elements of the finest size along warp.
+    /// Elements of each ply.
     #[serde(skip)]
-    pub columns: usize,
-    /// Elements of the finest size along weft.
-    #[serde(skip)]
-    pub rows: usize,
-    /// Undeformed length along warp of the finest elements [m].
-    #[serde(skip)]
-    pub element_length_x: f64,
-    /// Undeformed length along weft of the finest elements [m].
-    #[serde(skip)]
-    pub element_length_y: f64,
+    pub mesh: MeshSize,
+}
+
+/// Elements of a ply along warp (X) and weft (Y).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MeshSize {
+    /// Number of elements of the finest size.
+    pub count: [usize; 2],
+    /// Undeformed length of the finest elements [m].
+    pub length: [f64; 2],
     /// Growth of elements away from the hit; `None`: they are alike.
-    #[serde(skip)]
     pub grading: Option<Grading>,
 }
 
@@ -299,7 +286,7 @@ impl Case {
             record.derive_text("/pack/elements_per_crossover", pack.elements_per_crossover, "", false);
         }
         let (size, side) = ([pack.width, pack.height], pack.crossovers_along_element());
-        // Columns and rows, and the element lengths [m], of what stands at a pointer.
+        // Elements of what stands at a pointer.
         let mesh = |at: &str, fabric: &Fabric, size: [f64; 2]| {
             let length = [&fabric.warp, &fabric.weft].map(|yarn| side * 2.0 * yarn.half_span());
             // Finer meshes cover the same cloth: whole crossovers.
@@ -307,15 +294,14 @@ impl Case {
             let how = "the size over the element length, to the nearest whole number of crossovers";
             record.derive_text(&format!("{at}/columns"), count[0], how, false);
             record.derive_text(&format!("{at}/rows"), count[1], how, false);
-            Ok((count, length))
+            Ok(MeshSize { count, length, grading: None })
         };
-        ([pack.columns, pack.rows], [pack.element_length_x, pack.element_length_y]) = mesh("/pack", common, size)?;
+        pack.mesh = mesh("/pack", common, size)?;
         for (index, layer) in pack.layup.iter_mut().enumerate() {
             let at = format!("{LAYUP}/{index}");
             layer.complete(&at, common, record)?;
             let size = if layer.lies_across() { [size[1], size[0]] } else { size };
-            ([layer.columns, layer.rows], [layer.element_length_x, layer.element_length_y]) =
-                mesh(&at, &layer.fabric, size)?;
+            layer.mesh = mesh(&at, &layer.fabric, size)?;
         }
         if !pack.layup.is_empty() {
             pack.complete_plies(record)?;
@@ -328,8 +314,8 @@ impl Case {
         let depth = f64::from(pack.plies - 1) * pack.spacing.unwrap_or(thickest);
         // A bar meets whole rows of nodes, and sends waves along the whole of the strip: its mesh is even.
         let grading = self.graded(finer && !bar, depth, record)?;
-        self.pack.layup.iter_mut().for_each(|layer| layer.grading = grading);
-        self.pack.grading = grading;
+        self.pack.layup.iter_mut().for_each(|layer| layer.mesh.grading = grading);
+        self.pack.mesh.grading = grading;
         Ok(())
     }
 }

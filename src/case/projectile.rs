@@ -1,7 +1,7 @@
 //! Projectile: its shape, mass and flight.
 
 use schemars::JsonSchema;
-use serde::{Deserialize, Deserializer};
+use serde::Deserialize;
 
 use super::CaseError;
 use super::error::{millimetres, short_number_text};
@@ -45,10 +45,18 @@ pub struct Projectile {
     /// Density of a solid body (steel 7850): gives the mass where mass_g is left out; where both are given, they are compared [kg/m³].
     #[schemars(rename = "density_kg_m3", range(min = 1.0, max = 1e5), extend("without" = "", "only" = {"shape": TURNING}))]
     pub density: Option<f64>,
-    /// Moments of inertia about the body axis and across it through the centre of mass [kg·m²]; `None`: uniform solid.
-    #[serde(flatten, deserialize_with = "inertia")]
-    #[schemars(with = "Inertia")]
-    pub inertia: Option<[f64; 2]>,
+    /// Moment of inertia about the body's axis [kg·m²].
+    ///
+    /// Otherwise: a uniform solid of this shape and mass.
+    #[schemars(rename = "axial_inertia_g_mm2", range(min = 1e-9, max = 1e12))]
+    #[schemars(extend("with" = "transverse_inertia_g_mm2", "only" = {"shape": TURNING}))]
+    pub axial_inertia: Option<f64>,
+    /// Moment of inertia across the axis, about the centre [kg·m²].
+    ///
+    /// Otherwise: a uniform solid of this shape and mass.
+    #[schemars(rename = "transverse_inertia_g_mm2", range(min = 1e-9, max = 1e12))]
+    #[schemars(extend("with" = "axial_inertia_g_mm2", "only" = {"shape": TURNING}))]
+    pub transverse_inertia: Option<f64>,
     /// Speed along the line of flight [m/s].
     #[schemars(rename = "velocity_m_s", range(max = 5000.0), extend("exclusiveMinimum" = 0.0))]
     pub velocity: f64,
@@ -101,28 +109,6 @@ pub struct Projectile {
     #[serde(default = "locked")]
     #[schemars(extend("default" = "free", "where" = {"shape": TURNING}))]
     pub rotation: Rotation,
-}
-
-/// Moments of inertia of a body that is no uniform solid.
-#[derive(Deserialize, JsonSchema)]
-struct Inertia {
-    /// Moment of inertia about the body's axis.
-    ///
-    /// Otherwise: a uniform solid of this shape and mass.
-    #[schemars(rename = "axial_inertia_g_mm2", range(min = 1e-9, max = 1e12))]
-    #[schemars(extend("with" = "transverse_inertia_g_mm2", "only" = {"shape": TURNING}))]
-    axial_inertia: Option<f64>,
-    /// Moment of inertia across the axis, about the centre.
-    ///
-    /// Otherwise: a uniform solid of this shape and mass.
-    #[schemars(rename = "transverse_inertia_g_mm2", range(min = 1e-9, max = 1e12))]
-    #[schemars(extend("with" = "axial_inertia_g_mm2", "only" = {"shape": TURNING}))]
-    transverse_inertia: Option<f64>,
-}
-
-fn inertia<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<[f64; 2]>, D::Error> {
-    let Inertia { axial_inertia, transverse_inertia } = Inertia::deserialize(deserializer)?;
-    Ok(axial_inertia.zip(transverse_inertia).map(Into::into))
 }
 
 fn locked() -> Rotation {
@@ -394,7 +380,7 @@ impl Projectile {
             let assumed = record.is_assumed(&at("density_kg_m3"));
             record.fill(&at("mass_g"), &mut self.mass, density * self.shape.volume(), how, assumed);
         }
-        if let Some([axial, transverse]) = self.inertia
+        if let Some((axial, transverse)) = self.axial_inertia.zip(self.transverse_inertia)
             && axial > 2.0 * transverse
         {
             let g_mm2 = |inertia: f64| format!("{} g·mm²", short_number_text(inertia * 1e9));
@@ -410,7 +396,7 @@ impl Projectile {
             if !record.has(&at("rotation")) {
                 record.derive_text(&at("rotation"), "locked", "a bar never turns", false);
             }
-        } else if self.inertia.is_none() {
+        } else if self.axial_inertia.is_none() {
             for key in ["axial_inertia_g_mm2", "transverse_inertia_g_mm2"] {
                 record.derive_text(&at(key), "of the body", "", false);
             }

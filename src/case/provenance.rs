@@ -262,10 +262,10 @@ pub(crate) fn mesh(case: &Case) -> String {
         let turned = short_number_text(layer.orientation.to_degrees());
         let of =
             if case.pack.layup.is_empty() { plies } else { format!("{plies} of {} at {turned}°", layer.fabric.name) };
-        let [x, y] = [layer.element_length_x, layer.element_length_y].map(|length| length * 1e3);
-        let [width, height] = [layer.columns as f64 * x, layer.rows as f64 * y];
+        let [x, y] = layer.mesh.length.map(|length| length * 1e3);
+        let [width, height] = [layer.mesh.count[0] as f64 * x, layer.mesh.count[1] as f64 * y];
         let [columns, rows] = layer.counts();
-        let (from, grown) = layer.grading.map_or(("of", String::new()), |g| ("from", format!(" ({})", g.words())));
+        let (from, grown) = layer.mesh.grading.map_or(("of", String::new()), |g| ("from", format!(" ({})", g.words())));
         format!("{of}, {columns} × {rows} elements {from} {x:.4} × {y:.4} mm{grown}: {width:.2} × {height:.2} mm")
     };
     case.layers().iter().map(line).collect::<Vec<_>>().join("\n")

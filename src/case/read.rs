@@ -14,7 +14,7 @@ use super::provenance::{Provenance, in_si, typed};
 use super::{Case, fabric, pack, solver, variability};
 
 /// Largest size of a case file [bytes]; a larger file is something else.
-pub const MAX_BYTES: u64 = 1 << 20;
+const MAX_BYTES: u64 = 1 << 20;
 
 /// Reads, completes and checks a case file; `sets` are changes in the form `/json/pointer=value`.
 ///
@@ -78,9 +78,6 @@ pub(super) fn text_of_file(path: &Path) -> Result<String, CaseError> {
 
 fn assemble(file: &str, text: &str, sets: &[String], folder: Option<&Path>) -> Result<Case, CaseError> {
     let read = || {
-        if text.len() as u64 > MAX_BYTES {
-            return Err(CaseError::at("", "a case of at most 1 MiB", "more"));
-        }
         let document = parse(text)?;
         if !document.is_object() {
             return Err(CaseError::at("line 1, column 1", "a JSON object", describe(&document)));

@@ -1,6 +1,5 @@
-//! The command line: its commands, arguments that several of them have, values of options, and cases from files and standard input.
+//! The command line: its commands, arguments that several of them have, values of options, and cases from files.
 
-use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
@@ -13,7 +12,6 @@ use ripstop::run::Precision;
 
 use super::bench::{BenchArguments, VerifyArguments};
 use super::check::{CheckArguments, CrossoverArguments};
-use super::failure::CommandFailure;
 use super::new::NewArguments;
 use super::run::{ResumeArguments, RunArguments};
 
@@ -138,7 +136,7 @@ pub(crate) struct PrintArguments {
 /// Arguments that all commands for many shots have.
 #[derive(Args, Debug)]
 pub(crate) struct BatchArguments {
-    /// Case file; - is standard input
+    /// Case file
     #[arg(value_name = "CASE.json")]
     pub(crate) case: PathBuf,
     /// Change of the case, checked like the file; may be given again
@@ -273,33 +271,11 @@ pub(crate) struct FitArguments {
     pub(crate) print: PrintArguments,
 }
 
-/// Source of a case that is read with different changes.
-pub(crate) enum Source<'a> {
-    /// A file.
-    File(&'a Path),
-    /// Text from standard input, which can be read once alone.
-    Piped(String),
-}
-
-impl<'a> Source<'a> {
-    /// The source that the command line names; `-` is standard input.
-    pub(crate) fn open(path: &'a Path) -> Result<Self, CommandFailure> {
-        if path != Path::new("-") {
-            return Ok(Self::File(path));
-        }
-        let text = io::read_to_string(io::stdin().take(case::MAX_BYTES + 1));
-        text.map(Self::Piped).map_err(|error| CommandFailure::expected("standard input", "a case", error))
-    }
-
-    /// The case with changes, named after them; of one from standard input, files of fabrics lie in the current folder.
-    pub(crate) fn case(&self, sets: &[String]) -> Result<Case, CaseError> {
-        let mut case = match self {
-            Self::File(path) => case::read(path, sets),
-            Self::Piped(text) => case::from_text("stdin", text, Path::new("."), sets),
-        }?;
-        case.name_changes(sets);
-        Ok(case)
-    }
+/// The case of a file with changes, named after them.
+pub(crate) fn read(path: &Path, sets: &[String]) -> Result<Case, CaseError> {
+    let mut case = case::read(path, sets)?;
+    case.name_changes(sets);
+    Ok(case)
 }
 
 /// A number that fits.

@@ -16,7 +16,7 @@ use ripstop::run::{Sample, Simulation, Skips};
 use serde_json::{Map, Value, json};
 use sysinfo::{CpuRefreshKind, MemoryRefreshKind, RefreshKind, System};
 
-use super::arguments::{Arguments, Source, Stretches};
+use super::arguments::{Arguments, Stretches, read};
 use super::failure::CommandFailure;
 use super::terminal::{self, Align, TextTable, part};
 use super::{backend, result};
@@ -68,8 +68,7 @@ pub(crate) struct CrossoverArguments {
 pub(crate) fn check(arguments: &CheckArguments) -> Result<(), CommandFailure> {
     let mut failures = Vec::new();
     for path in &arguments.cases {
-        let case = Source::open(path).and_then(|source| Ok(source.case(&arguments.sets)?));
-        match case.and_then(|case| report(&case)) {
+        match read(path, &arguments.sets).map_err(Into::into).and_then(|case| report(&case)) {
             Ok(report) => terminal::print(&format!("{}\n{report}", path.display()))?,
             Err(failure) => failures.push(failure),
         }

@@ -16,7 +16,7 @@ use ripstop::run::checkpoint::{Checkpoint, Checkpointable, Header};
 use ripstop::run::{self, Observer, Options, Precision, Progress, Run, RunError, Skips, View};
 use serde_json::Value;
 
-use super::arguments::{BackendArguments, BackendChoice, PrintArguments, Source, interval};
+use super::arguments::{BackendArguments, BackendChoice, PrintArguments, interval, read};
 use super::failure::CommandFailure;
 use super::terminal::{self, say};
 use super::{backend, result};
@@ -26,14 +26,13 @@ use super::{backend, result};
 #[command(after_help = "Examples:
   ripstop run shot.json --set /projectile/velocity_m_s=200 -o out/shot-200
   ripstop run cases/s728-*.json
-  jq '.pack.plies = 2' shot.json | ripstop run -
   ripstop run shot.json --checkpoint-every 10     # then, after a crash: ripstop resume out/shot
   ripstop run shot.json --set '/pack/edges={\"left\":\"free\"}' --json | jq .residual_velocity_m_s
 
 DIR gets report.html (open it in a browser), summary.json, history.csv, events.csv, case.json (the case as run), shot.svg and more. \
 The first Ctrl-C writes them up to that moment, the second ends at once.")]
 pub(crate) struct RunArguments {
-    /// Case files, run one after the other; - is standard input
+    /// Case files, run one after the other
     #[arg(value_name = "CASE.json", required = true)]
     pub(crate) cases: Vec<PathBuf>,
     #[command(flatten)]
@@ -108,8 +107,7 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), CommandFailure> {
     let mut folders: Vec<PathBuf> = Vec::new();
     let mut failures = Vec::new();
     for path in &arguments.cases {
-        let case = Source::open(path).and_then(|source| Ok(source.case(&sets)?));
-        let done = case.and_then(|case| {
+        let done = read(path, &sets).map_err(Into::into).and_then(|case| {
             let folder = match &arguments.out {
                 Some(folder) if arguments.cases.len() == 1 => folder.clone(),
                 several => several.as_deref().unwrap_or(Path::new("out")).join(&case.name),

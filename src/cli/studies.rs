@@ -9,7 +9,7 @@ use std::thread;
 use ripstop::case::{Case, CaseError};
 use ripstop::num::link::Link;
 use ripstop::output::Folder;
-use ripstop::study::batch::{BatchError, BatchOptions, BatchProgress, order_case};
+use ripstop::study::batch::{BatchError, BatchOptions, order_case};
 use ripstop::study::fit::{self, FitRequest};
 use ripstop::study::report::{Report, ReportTable};
 use ripstop::study::shots::{self, ShotsRequest};
@@ -18,8 +18,8 @@ use ripstop::study::v50::{self, V50Request};
 use serde_json::Value;
 
 use super::arguments::{
-    BackendChoice, BatchArguments, FitArguments, ShotsArguments, Source, SweepArguments, SweepKind, ThresholdArguments,
-    V50Arguments,
+    BackendChoice, BatchArguments, FitArguments, ShotsArguments, SweepArguments, SweepKind, ThresholdArguments,
+    V50Arguments, read,
 };
 use super::backend;
 use super::failure::CommandFailure;
@@ -83,7 +83,7 @@ pub(crate) fn sweep(arguments: &SweepArguments) -> Result<(), CommandFailure> {
     for values in grid(&factors)? {
         let over = factors.iter().zip(&values).map(|(factor, value)| format!("{}={value}", factor.pointer));
         let sets: Vec<String> = arguments.batch.sets.iter().cloned().chain(over).collect();
-        points.push((values, study.source.case(&sets)?));
+        points.push((values, read(&arguments.batch.case, &sets)?));
     }
     // Points are compared with each other, all on the mesh of their case.
     let of = match arguments.run {
@@ -139,7 +139,6 @@ struct Study<'a> {
     command: &'static str,
     /// Names of its files.
     files: &'static [&'static str],
-    source: Source<'a>,
     /// Nominal case, whatever shot it names.
     case: Case,
     interrupted: Arc<AtomicBool>,
@@ -152,13 +151,12 @@ impl<'a> Study<'a> {
         files: &'static [&'static str],
     ) -> Result<Self, CommandFailure> {
         let interrupted = terminal::watch_interrupts()?;
-        let source = Source::open(&arguments.case)?;
-        let case = source.case(&arguments.sets)?;
+        let case = read(&arguments.case, &arguments.sets)?;
         if case.projectile.is_none() {
             let place = arguments.case.display();
             return Err(CommandFailure::expected(place, "a projectile, to be shot", "none in the case"));
         }
-        Ok(Self { arguments, command, files, source, case, interrupted })
+        Ok(Self { arguments, command, files, case, interrupted })
     }
 
     /// Seed of all draws.
@@ -182,7 +180,7 @@ impl<'a> Study<'a> {
         let chosen = backend::choose(&arguments.backend, BackendChoice::Cpu, arguments.precision, &arguments.print)?;
         let folder = Folder::prepare_for(&out, self.files, &[self.case.path.as_path()])?;
         terminal::begin_bar(&arguments.print);
-        let show = |BatchProgress { done, of }: BatchProgress| terminal::show_count(done, of, units);
+        let show = |done: u32, of: u32| terminal::show_count(done, of, units);
         let options = BatchOptions {
             seed: self.seed(),
             threads: arguments

@@ -81,11 +81,6 @@ impl StencilRadius {
         if length > 0.0 && smaller { Self { along, breadth } } else { Self::ELEMENT }
     }
 
-    /// The elements that lie side by side with one, along an axis, in the yarn across it.
-    pub(crate) fn side_by_side(&self, mesh: &Mesh, axis: usize, element: usize) -> Range<usize> {
-        mesh.side_by_side(axis, element, self.breadth[1 - axis])
-    }
-
     /// Windows of warp and weft.
     pub(super) fn windows(&self, mesh: &Mesh) -> [Windows; 2] {
         let width = |axis: usize, at: usize| mesh.widths(at * axis, at * (1 - axis))[axis];

@@ -176,7 +176,7 @@ mod tests {
         ];
         let case = crate::case::shipped(&sets);
         let run = run::run(&case, Options::default(), &AtomicBool::new(false), &mut ()).unwrap();
-        let middle = [case.pack.columns as u32 / 2, case.pack.rows as u32 / 2];
+        let middle = [case.pack.mesh.count[0] as u32 / 2, case.pack.mesh.count[1] as u32 / 2];
         let hit = |step| FailureEvent { step, ply: 0, i: middle[0], j: middle[1], yarn: 0, strain: 0.04 };
         let edge = |step| FailureEvent { i: 0, ..hit(step) };
         let with = |outcome: Outcome, events: &[FailureEvent]| {

@@ -235,7 +235,7 @@ fn hourglass(run: &Run) -> Check {
 
 fn penetration(case: &Case, run: &Run) -> Check {
     let layers = case.layers();
-    let diagonals = layers.iter().map(|layer| layer.element_length_x.hypot(layer.element_length_y));
+    let diagonals = layers.iter().map(|layer| layer.mesh.length[0].hypot(layer.mesh.length[1]));
     let diagonal = diagonals.fold(0.0, f64::max);
     let limit = PENETRATION_LIMIT * diagonal;
     let half = short(1e3 * limit, 2);
@@ -264,8 +264,7 @@ fn width(case: &Case) -> Option<Check> {
     if matches!(shape, Shape::Bar { .. }) {
         return None;
     }
-    let sides =
-        case.layers().iter().map(|layer| layer.element_length_x.max(layer.element_length_y)).fold(0.0, f64::max);
+    let sides = case.layers().iter().map(|layer| layer.mesh.length[0].max(layer.mesh.length[1])).fold(0.0, f64::max);
     let cells = shape.diameter() / sides;
     let level = look_if(cells < CELLS_LIMIT);
     let reasons = ["fewer than three: it may slip between nodes", ""];

@@ -45,7 +45,8 @@ impl Body {
         let corners = &profile.corner[..profile.count];
         let widest = corners.iter().map(|c| c[0]).fold(0.0, f64::max) + profile.radius;
         let reach = corners.iter().map(|c| c[0].hypot(c[1])).fold(0.0, f64::max) + profile.radius;
-        let given = projectile.inertia.map(|[axial, across]| [across, across, axial]);
+        let given = projectile.axial_inertia.zip(projectile.transverse_inertia);
+        let given = given.map(|(axial, across)| [across, across, axial]);
         let inertia = given.unwrap_or_else(|| solid.inertia(projectile.mass));
         Some(Self { profile, inertia, radius: widest, bounding_radius: reach })
     }

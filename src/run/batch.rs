@@ -40,7 +40,7 @@ impl PreparedShot {
     pub fn new(case: Case) -> Result<Self, ModelError> {
         let (model, _) = solver::state::set_up::<f32>(&case, Skips::default().symmetry)?;
         let sizes = Sizes::new(&model);
-        let features: Vec<Features> = model.ply_types.iter().map(|own| Features::new(&model, own)).collect();
+        let features: Vec<Features> = model.ply_types.chunks(1).map(|own| Features::new(&model, own)).collect();
         let times = [model.dt, case.solver.end_time, case.output.history_interval];
         let mut common = format!("{features:?} {times:?}").into_bytes();
         common.extend_from_slice(bytemuck::cast_slice(&layout::plies(&model)));

@@ -39,15 +39,6 @@ pub struct ShotOrder {
     pub velocity: Option<f64>,
 }
 
-/// Progress of a study.
-#[derive(Clone, Copy, Debug)]
-pub struct BatchProgress {
-    /// Shots, realisations or points that are done.
-    pub done: u32,
-    /// Number wanted at most.
-    pub of: u32,
-}
-
 /// Ways to compute shots. Only precision and device change results.
 #[derive(Clone, Copy)]
 pub struct BatchOptions<'a> {
@@ -65,8 +56,8 @@ pub struct BatchOptions<'a> {
     pub interrupt: &'a AtomicBool,
     /// Whether rows that lie in the folder are kept.
     pub resume: bool,
-    /// Receiver of the progress.
-    pub progress: &'a (dyn Fn(BatchProgress) + Sync),
+    /// Receiver of the progress: shots, realisations or points that are done, and how many are wanted at most.
+    pub progress: &'a (dyn Fn(u32, u32) + Sync),
 }
 
 impl BatchOptions<'_> {

@@ -48,36 +48,32 @@ struct Configuration {
 
 /// Every configuration for a case: one thing changed at a time.
 fn configurations(case: &Case, gpu: bool) -> Vec<Configuration> {
-    let [f64, f32] = [Precision::F64, Precision::F32];
-    let (courant, mesh, graded) = (case.solver.courant, case.pack.crossovers_per_element, case.pack.grading.is_some());
-    let with = |name: &str, precision: Precision, set: Option<String>| Configuration {
+    let (courant, mesh, graded) =
+        (case.solver.courant, case.pack.crossovers_per_element, case.pack.mesh.grading.is_some());
+    let with = |name: &str, set: &str| Configuration {
         name: name.to_owned(),
-        precision,
+        precision: Precision::F64,
         on_gpu: false,
         skips: Skips::default(),
-        sets: Vec::from_iter(set),
+        sets: Vec::from_iter((!set.is_empty()).then(|| set.to_owned())),
     };
-    let set_courant = |value: f64| Some(format!("/solver/courant={value}"));
-    let set_mesh = |count: u32| Some(format!("/pack/crossovers_per_element={count}"));
-    let set_grading = |word: &str| Some(format!("/pack/mesh_grading={word}"));
+    let single = Configuration { precision: Precision::F32, ..with("f32", "") };
     let words = if graded { " graded" } else { "" };
-    let mut all =
-        vec![with(&format!("default: f64, Courant {courant}, mesh {mesh}{words}"), f64, None), with("f32", f32, None)];
+    let mut all = vec![with(&format!("default: f64, Courant {courant}, mesh {mesh}{words}"), ""), single.clone()];
     let other = COURANT.into_iter().filter(|value| *value != courant);
-    all.extend(other.map(|value| with(&format!("Courant {value}"), f64, set_courant(value))));
+    all.extend(other.map(|value| with(&format!("Courant {value}"), &format!("/solver/courant={value}"))));
     let other = MESH.into_iter().filter(|count| *count != mesh);
-    all.extend(other.map(|count| with(&format!("mesh {count}"), f64, set_mesh(count))));
-    let gradable = !graded && case.projectile.is_some();
-    if gradable {
-        all.push(with("graded", f64, set_grading("graded")));
-    } else if graded {
-        all.push(with("not graded", f64, set_grading("none")));
+    all.extend(other.map(|count| with(&format!("mesh {count}"), &format!("/pack/crossovers_per_element={count}"))));
+    if graded {
+        all.push(with("not graded", "/pack/mesh_grading=none"));
+    } else if case.projectile.is_some() {
+        all.push(with("graded", "/pack/mesh_grading=graded"));
     }
-    all.push(Configuration { skips: Skips::WHOLE, ..with("no symmetry", f64, None) });
+    all.push(Configuration { skips: Skips::WHOLE, ..with("no symmetry", "") });
     // Without the skip of the time after the outcome it would not be the same run.
-    all.push(Configuration { skips: Skips { outcome: true, ..Skips::NONE }, ..with("no skip", f64, None) });
+    all.push(Configuration { skips: Skips { outcome: true, ..Skips::NONE }, ..with("no skip", "") });
     if gpu {
-        all.push(Configuration { on_gpu: true, ..with("gpu f32", f32, None) });
+        all.push(Configuration { name: "gpu f32".to_owned(), on_gpu: true, ..single });
     }
     all
 }
@@ -207,10 +203,7 @@ fn covers_the_same(base: &Case, case: &Case) -> Result<(), String> {
     let crossovers = |case: &Case| {
         let each = [case.pack.crossovers_per_element, case.pack.elements_per_crossover].map(|count| count as usize);
         let layers = case.layers();
-        layers
-            .iter()
-            .map(|layer| [layer.columns, layer.rows].map(|count| count * each[0] / each[1]))
-            .collect::<Vec<_>>()
+        layers.iter().map(|layer| layer.mesh.count.map(|count| count * each[0] / each[1])).collect::<Vec<_>>()
     };
     if crossovers(base) == crossovers(case) {
         return Ok(());
@@ -221,7 +214,7 @@ fn covers_the_same(base: &Case, case: &Case) -> Result<(), String> {
 /// Root mean square of the velocity difference over the time that both cover, over the velocity that the reference lost in that time [-];
 /// `None` where it lost none, or where there is no common time.
 fn velocity_error(reference: &[Sample], run: &[Sample]) -> Option<f64> {
-    let at = |history: &[Sample], time: f64| csv::between(history, time, |row| row.time, |row| row.projectile_velocity);
+    let at = |history: &[Sample], time: f64| csv::between(history, time, |row| row.projectile_velocity);
     let span = reference.last()?.time.min(run.last()?.time);
     let lost = at(reference, 0.0)? - at(reference, span)?;
     // Trapezoidal in time, over the rows of the run.
@@ -265,7 +258,7 @@ mod tests {
             ["/expect=[]", "/pack/width_mm=17.8", "/pack/height_mm=20.3", "/solver/numerics=paper"].map(str::to_owned);
         let mesh = |mesh: u32| paper(&[&size[..], &[format!("/pack/crossovers_per_element={mesh}")]].concat());
         let base = mesh(1)?;
-        assert_eq!((base.pack.columns, base.pack.rows), (14, 16));
+        assert_eq!((base.pack.mesh.count[0], base.pack.mesh.count[1]), (14, 16));
         assert_eq!(covers_the_same(&base, &mesh(2)?), Ok(()));
         assert!(covers_the_same(&base, &mesh(4)?).is_err_and(|why| why.ends_with("do not divide by 4")));
         Ok(())

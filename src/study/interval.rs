@@ -6,8 +6,9 @@
 
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
 
-use super::binary_response::{Estimate, LinearPredictor, Outcomes, Problem, StandardizedShots};
+use serde::Serialize;
 
+use super::binary_response::{Estimate, LinearPredictor, Outcomes, Problem, StandardizedShots};
 use crate::num::link::Link;
 use crate::output::number::short;
 
@@ -19,7 +20,7 @@ const GOLDEN: f64 = 0.618_033_988_749_894_9;
 const STEEPEST: f64 = 1e9;
 
 /// Ends of an interval; `None` where it has no end on that side.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Bounds {
     /// Lower end.
     pub low: Option<f64>,

@@ -21,13 +21,14 @@ const EXPONENTS: [f64; 2] = [1.0, 10.0];
 const PLACES: [usize; 2] = [40, 8];
 
 /// Velocity of one chance.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Quantile {
     /// Chance of a perforation.
     pub p: f64,
     /// Velocity [m/s]; none without an estimate.
     pub value: Option<f64>,
     /// Interval of it [m/s].
+    #[serde(flatten)]
     pub bounds: Bounds,
 }
 
@@ -74,8 +75,6 @@ impl Limit {
 
     /// Quantiles, arithmetic V50 and residual fits in JSON.
     pub(super) fn json(&self) -> [Value; 3] {
-        let quantile =
-            |of: &Quantile| json!({ "p": of.p, "value": of.value, "low": of.bounds.low, "high": of.bounds.high });
         let residual = |(curve, found): &(ResidualModel, Result<ResidualFit, String>)| match found {
             Ok(found) => json!({
                 "curve": curve.words(), "limit": found.limit, "low": found.bounds.low, "high": found.bounds.high,
@@ -83,11 +82,7 @@ impl Limit {
             }),
             Err(few) => json!({ "curve": curve.words(), "limit": null, "refused": few }),
         };
-        [
-            self.quantiles.iter().map(quantile).collect(),
-            json!(self.arithmetic),
-            self.residual.iter().map(residual).collect(),
-        ]
+        [json!(self.quantiles), json!(self.arithmetic), self.residual.iter().map(residual).collect()]
     }
 
     /// Tables of the velocities by chance, of the arithmetic V50 and of the curves.

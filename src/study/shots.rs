@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use csv::StringRecord;
 use serde_json::json;
 
-use super::batch::{self, Batch, BatchError, BatchOptions, BatchProgress, ShotOrder, notes};
+use super::batch::{self, Batch, BatchError, BatchOptions, ShotOrder, notes};
 use super::fit::{Fit, FitRequest, FitRow, fit};
 use super::report::Report;
 use crate::case::{Case, Drawn, RANGE_STREAM};
@@ -115,7 +115,7 @@ pub fn run(
     let done = AtomicU32::new(request.count - missing.len() as u32);
     batch.fire(&missing, options.threads, &|_| {
         let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-        (options.progress)(BatchProgress { done, of: request.count });
+        (options.progress)(done, request.count);
     })?;
     let table = batch.table().text(request.count);
     let rows: Vec<ShotRow> = batch.table().rows(request.count).cloned().collect();

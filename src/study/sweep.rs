@@ -9,7 +9,7 @@ use std::{fs, iter};
 
 use serde_json::{Map, Value, json};
 
-use super::batch::{self, BatchError, BatchOptions, BatchProgress, PLAN, ShotOrder};
+use super::batch::{self, BatchError, BatchOptions, PLAN, ShotOrder};
 use super::report::{Report, ReportTable, ends, roomy};
 use super::shots::{self, ShotRow, ShotsRequest};
 use super::v50::{self, V50Request};
@@ -199,15 +199,14 @@ impl<'a> Sweep<'a> {
     }
 
     fn show(&self, done: usize) {
-        let of = self.request.points.len() as u32;
-        (self.options.progress)(BatchProgress { done: done as u32, of });
+        (self.options.progress)(done as u32, self.request.points.len() as u32);
     }
 
     /// Case, folder and options of a point.
     fn batch(&self, number: usize, files: &[&str]) -> Result<(&'a Case, Folder, BatchOptions<'a>), BatchError> {
         let path = self.folder.join(format!("{number:04}"));
         let folder = Folder::prepare_for(&path, files, &[])?;
-        let options = BatchOptions { resume: path.join(PLAN).is_file(), progress: &|_| {}, ..*self.options };
+        let options = BatchOptions { resume: path.join(PLAN).is_file(), progress: &|_, _| {}, ..*self.options };
         Ok((&self.request.points[number].1, folder, options))
     }
 

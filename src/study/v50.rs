@@ -13,9 +13,10 @@
 use std::ops::Range;
 use std::sync::atomic::{AtomicU32, Ordering};
 
+use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::batch::{self, Batch, BatchError, BatchOptions, BatchProgress, ShotOrder, in_threads};
+use super::batch::{self, Batch, BatchError, BatchOptions, ShotOrder, in_threads};
 use super::fit::{self, FitRow};
 use super::v50_result::V50Result;
 use crate::case::{self, Case};
@@ -178,7 +179,7 @@ pub(super) fn threshold(
 }
 
 /// Request of a V50.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct V50Request {
     /// Realisations at most.
     pub count: u32,
@@ -202,11 +203,7 @@ pub fn run(
     options: &BatchOptions<'_>,
     folder: &Folder,
 ) -> Result<V50Result, BatchError> {
-    let parts = json!({
-        "bracket": request.bracket, "count": request.count, "until_width": request.until_width, "level": request.level,
-        "refined": request.refined,
-    });
-    batch::begin("v50", case, options, parts, (folder, FILES))?;
+    batch::begin("v50", case, options, json!(request), (folder, FILES))?;
     let nominal = without_velocity_scatter(case);
     // Shots that wait for each other have all threads; without variability all realisations are one.
     let (threads_per_shot, of) = if nominal.varies() { (1, request.count) } else { (options.threads, 1) };
@@ -321,7 +318,7 @@ impl Campaign<'_> {
             if wanted.is_empty() {
                 let count = realisations.len() as u32;
                 let done = self.done.fetch_add(count, Ordering::Relaxed) + count;
-                (self.options.progress)(BatchProgress { done, of: self.of });
+                (self.options.progress)(done, self.of);
                 return Ok(found.into_iter().flatten().collect());
             }
             batch::fire(&self.meshes, &wanted, 1, &|_| {})?;

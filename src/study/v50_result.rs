@@ -1,5 +1,6 @@
 //! Result of `ripstop v50`: from thresholds to V50 and its interval, as JSON, words, tables and drawings.
 
+use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::batch::notes;
@@ -141,7 +142,7 @@ impl Refinement {
 }
 
 /// Half the width of the interval of V50 by where it comes from [m/s].
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct V50Width {
     /// Few realisations; `None` where the interval has no end.
     pub sampling: Option<f64>,
@@ -254,9 +255,7 @@ impl V50Result {
             "sigma_m_s": self.sigma,
             "v10_m_s": quantile(0.1),
             "v90_m_s": quantile(0.9),
-            "half_width_m_s": {
-                "sampling": self.width.sampling, "numerical": self.width.numerical, "bracket": self.width.bracket,
-            },
+            "half_width_m_s": self.width,
             "refinement": self.refinement.map(|found| json!({
                 "realisations": found.count, "ratio": found.ratio, "factor": found.factor(), "sigma": found.sigma,
                 "shots": self.refined_shots,

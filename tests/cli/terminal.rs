@@ -118,7 +118,7 @@ fn codes(warnings: &[Warning]) -> Vec<&'static str> {
 fn a_run_is_warned_of_above_each_threshold_and_not_at_it() {
     let (mut case, run) = run(&small_with("/solver/end_time_us", json!(2)));
     case.fields.clear();
-    let diagonal = case.pack.element_length_x.hypot(case.pack.element_length_y);
+    let diagonal = case.pack.mesh.length[0].hypot(case.pack.mesh.length[1]);
     type Set = fn(&mut Run, f64);
     let set: [(&str, f64, Set); 4] = [
         ("W2", checks::ENERGY_LIMIT, |run, value| run.energy_error = value),

@@ -52,7 +52,7 @@ fn random_body(numbers: &mut Numbers, kind: usize) -> RigidBody {
     let mut p = builtin("cases/verify/first-drop.json", &["/projectile/diameter_mm=6", "/projectile/length_mm=9"])
         .projectile
         .unwrap();
-    (p.velocity, p.mass, p.edge_radius, p.inertia, p.standoff) = (155.0, 3e-3, 0.0, None, 0.0);
+    (p.velocity, p.mass, p.edge_radius, p.axial_inertia, p.standoff) = (155.0, 3e-3, 0.0, None, 0.0);
     p.angular_velocity = [0, 1, 2].map(|_| 4e3 * numbers.unit());
     (p.obliquity, p.azimuth, p.yaw) = (0.4 * numbers.unit(), numbers.unit(), 0.3 * numbers.unit());
     match kind {

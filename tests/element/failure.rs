@@ -59,7 +59,7 @@ fn failure_stays_in_its_element_and_a_step_reports_it() {
     for yarn in 0..2 {
         let fabric = limits([FAILURE_STRAIN; 2]);
         let mut patch = Patch::<f64>::new(&fabric);
-        let length = [fabric.pack.element_length_x, fabric.pack.element_length_y][yarn];
+        let length = fabric.pack.mesh.length[yarn];
         let mut u = vec![[0.0; 3]; 30];
         for (row, column) in [[(1, 3), (2, 3)], [(2, 2), (2, 3)]][yarn] {
             u[row * 6 + column][yarn] = 0.065 * length;
@@ -75,7 +75,7 @@ fn failure_stays_in_its_element_and_a_step_reports_it() {
         let mut case = limits(limit);
         case.pack.plies = 2;
         let mut patch = Patch::<f64>::new(&case);
-        let (lx, ly) = (case.pack.element_length_x, case.pack.element_length_y);
+        let (lx, ly) = (case.pack.mesh.length[0], case.pack.mesh.length[1]);
         // Second ply, node rows 5…9: opens element (j = 1, i = 2) both ways.
         for (row, column, u) in [(6, 3, [lx, 0.0]), (7, 3, [lx, ly]), (7, 2, [0.0, ly])] {
             (0..2).for_each(|a| patch.state.nodes.set(row, a, column, 0.065 * u[a]));

@@ -19,8 +19,7 @@ use ripstop::run::device::DeviceSimulation;
 use ripstop::run::{self, Options, Precision, Run, Skips};
 
 use super::harness::{Outcome, trial};
-use crate::scene::{self, result};
-use crate::scene::{builtin, run, run_as};
+use crate::scene::{self, builtin, result, run, run_as};
 
 /// Tests by name.
 type Tests = &'static [(&'static str, fn(&'static Device) -> Outcome)];

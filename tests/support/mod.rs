@@ -4,7 +4,6 @@
 
 pub(crate) mod oracle;
 pub(crate) mod patch;
-pub(crate) mod torn;
 
 use ripstop::case::{Compression, Crossover, Fabric, Law, MembraneForce, Yarn};
 use ripstop::model::unit_cell_curve::{CurveLaw, parameters};

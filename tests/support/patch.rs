@@ -32,7 +32,7 @@ pub(crate) fn case(columns: usize, rows: usize) -> Case {
         "solver": {"end_time_us": 10, "hourglass": 0.05, "contact_sampling": "nodes", "shock_viscosity": 0},
     });
     let case = case::from_str("patch.json", &document.to_string(), &[]).unwrap();
-    assert_eq!((case.pack.columns, case.pack.rows), (columns, rows));
+    assert_eq!((case.pack.mesh.count[0], case.pack.mesh.count[1]), (columns, rows));
     case
 }
 
@@ -40,7 +40,7 @@ pub(crate) fn case(columns: usize, rows: usize) -> Case {
 pub(crate) fn graded(mut case: Case) -> Case {
     let (hit, lines_from) = ([2e-3, -1e-3], LinesFrom::Hit);
     let grading = Grading { hit, way: [0.0; 2], fine: [1e-3; 2], growth_ratio: 1.4, max_size: 3.0, lines_from };
-    case.pack.grading = Some(grading);
+    case.pack.mesh.grading = Some(grading);
     case
 }
 

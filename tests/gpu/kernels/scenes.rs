@@ -148,8 +148,8 @@ const SPECIAL: [Special; 9] = [
 
 /// Elements that are narrower than the yarns, and a failure length [m].
 fn narrow(case: &mut Case, [x, y]: [f64; 2], failure_length: f64) {
-    case.pack.element_length_x *= x;
-    case.pack.element_length_y *= y;
+    case.pack.mesh.length[0] *= x;
+    case.pack.mesh.length[1] *= y;
     case.solver.failure_length = failure_length;
 }
 
@@ -162,8 +162,8 @@ pub(super) fn grade(case: &mut Case, hit: [f64; 2], coarsest: f64) {
 fn grade_from(case: &mut Case, hit: [f64; 2], coarsest: f64, lines_from: LinesFrom) {
     let grading =
         Some(Grading { hit, way: [0.0; 2], fine: [1e-3; 2], growth_ratio: 1.6, max_size: coarsest, lines_from });
-    case.pack.grading = grading;
-    case.pack.layup.iter_mut().for_each(|layer| layer.grading = grading);
+    case.pack.mesh.grading = grading;
+    case.pack.layup.iter_mut().for_each(|layer| layer.mesh.grading = grading);
 }
 
 /// Plies deformed each in its own way; yarns, warm starts and last forces at random.

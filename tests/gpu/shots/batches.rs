@@ -15,8 +15,7 @@ use tempfile::TempDir;
 
 use super::endings::edges;
 use super::{Outcome, Tests, run_until};
-use crate::scene::shipped;
-use crate::scene::{pack, ply, quarter, result};
+use crate::scene::{pack, ply, quarter, result, shipped};
 
 pub(super) const TESTS: Tests = &[
     ("shots_of_a_batch_are_what_they_are_alone", each_as_alone),
@@ -80,7 +79,7 @@ fn each_as_alone(device: &'static Device) -> Outcome {
 }
 
 fn options<'a>(device: &'a Device, interrupt: &'a AtomicBool) -> BatchOptions<'a> {
-    let (seed, precision, progress) = (3, Precision::F32, &|_| {});
+    let (seed, precision, progress) = (3, Precision::F32, &|_, _| {});
     BatchOptions {
         seed,
         threads: 1,
