@@ -200,7 +200,7 @@ impl DeviceShot {
         let mut events = result.events.iter().peekable();
         let sampled = steps.iter().filter(|s| s.slot.is_some());
         for (info, words) in sampled.zip(&result.samples) {
-            if info.index >= bad || self.record.is_over_uninterrupted() {
+            if info.index >= bad || self.record.is_over() {
                 break;
             }
             while let Some(event) = events.next_if(|e| e.step <= info.index) {
@@ -209,7 +209,7 @@ impl DeviceShot {
             self.sample(stepper, state, case, info, words)?;
             self.record.run.steps = info.index + 1;
         }
-        if self.record.is_over_uninterrupted() {
+        if self.record.is_over() {
             return Ok(());
         }
         let done = steps.last().map_or(self.record.run.steps, |s| s.index + 1);

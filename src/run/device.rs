@@ -179,7 +179,7 @@ impl<'a> DeviceSimulation<'a> {
                 Err(lost @ DeviceError::Lost { .. }) => return Err(lost),
                 taken => shot.unless_lost(taken),
             }
-            shot.ended |= shot.record.is_over_uninterrupted() || last;
+            shot.ended |= shot.record.is_over() || last;
         }
         let running: Vec<usize> = self.running().map(|(number, _)| number).collect();
         if !running.is_empty() && running.len() < self.stepper.running.len() {

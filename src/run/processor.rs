@@ -66,7 +66,7 @@ impl<S: RunScalar> Simulation<S> {
     /// Whether the run is over: the last step taken was a sample, so that the history ends at the end.
     pub fn finished(&self, case: &Case) -> bool {
         let time_up = self.state.step > 0 && self.time() - self.model.dt >= case.solver.end_time;
-        self.sampled && (self.record.is_over() || time_up)
+        self.sampled && (self.record.run.interrupted || self.record.is_over() || time_up)
     }
 
     /// One step; true if it was sampled.

@@ -79,13 +79,8 @@ impl RunRecord {
         }
     }
 
-    /// Whether something other than time ends the run.
-    pub(crate) fn is_over(&self) -> bool {
-        self.run.interrupted || self.is_over_uninterrupted()
-    }
-
     /// Whether something other than time or the user ends the run.
-    pub(crate) fn is_over_uninterrupted(&self) -> bool {
+    pub(crate) fn is_over(&self) -> bool {
         self.run.divergence.is_some() || self.decided || self.run.lost.is_some()
     }
 
