@@ -12,11 +12,10 @@ use ripstop::output;
 use ripstop::physics::rigid_body::RigidBody;
 use ripstop::run::Simulation;
 use ripstop::run::outcome::{self, Outcome};
-use ripstop::solver::element_totals::field as element;
 use ripstop::solver::node_update::field as node;
 use ripstop::solver::state::State;
 
-use crate::scene::torn;
+use crate::scene::torn::{self, SEAM, ring};
 use crate::scene::{builtin, finish, run as run_case};
 
 /// A ply struck in the middle, whose yarns a test cuts by hand.
@@ -41,30 +40,14 @@ impl Ply {
     /// Sews the ply up again, then cuts the yarns that `cut` names by row, column from the pack's centre, and yarn.
     fn cut(&mut self, cut: impl Fn(isize, isize, usize) -> bool) -> &mut Self {
         self.state = State::new(&self.case, &self.model);
-        let mesh = &self.model.ply_type(0).mesh;
-        let [column_0, row_0] = mesh.centre().map(|lines| lines as isize);
-        for row in 0..mesh.rows {
-            for column in 0..mesh.columns {
-                let [r, c] = [row as isize - row_0, column as isize - column_0];
-                for yarn in (0..2).filter(|yarn| cut(r, c, *yarn)) {
-                    self.state.elements.set(row, element::ALIVE + yarn, column + 1, 0.0);
-                }
-            }
-        }
+        torn::cut(&self.model, &mut self.state, cut);
         self
     }
 
     /// Lets the nodes in the middle, up to `ring` from the centre, move at `speed` along the normal [m/s].
     fn moves(&mut self, ring: isize, speed: f64) -> &mut Self {
-        let mesh = &self.model.ply_type(0).mesh;
-        let [column_0, row_0] = mesh.centre().map(|lines| lines as isize);
-        for row in 0..=mesh.rows {
-            for column in 0..=mesh.columns {
-                if (row as isize - row_0).abs().max((column as isize - column_0).abs()) <= ring {
-                    self.state.nodes.set(row, node::VELOCITY + 2, column, speed);
-                }
-            }
-        }
+        let moved = |r: isize, c: isize| (r.abs().max(c.abs()) <= ring).then_some(speed);
+        torn::put(&self.model, &mut self.state, node::VELOCITY + 2, moved);
         self
     }
 
@@ -82,12 +65,6 @@ impl Ply {
     }
 }
 
-/// The larger of the distances of an element from the middle of the ply, in elements.
-fn ring(r: isize, c: isize) -> isize {
-    let away = |at: isize| if at < 0 { -at - 1 } else { at };
-    away(r).max(away(c))
-}
-
 #[test]
 fn a_yarn_covers_that_runs_on_unbroken_on_both_sides() {
     let mut ply = Ply::new("clamped", false);
@@ -102,9 +79,6 @@ fn a_yarn_covers_that_runs_on_unbroken_on_both_sides() {
     assert!(covered(&|r, c, _| ring(r, c) == 12), "cut far away");
     assert!(covered(&|r, c, _| ring(r, c) <= 1), "a hole smaller than the projectile");
 }
-
-/// Where a patch is torn out: too far for the yarns in it not to run on.
-const SEAM: isize = 20;
 
 #[test]
 fn a_patch_that_is_torn_out_covers_and_does_not_hold() {
@@ -167,14 +141,8 @@ fn beside_a_break_only_what_lies_ahead_can_hold() {
         let mut ply = Ply::new(right, false);
         // Warps are cut in the second column beside the middle: the rest of it has no support, and the wefts in it run on.
         ply.cut(|_, c, yarn| yarn == 0 && c == 1);
-        let column_0 = ply.model.ply_type(0).mesh.centre()[0];
-        for row in 0..=ply.model.ply_type(0).mesh.rows {
-            for column in 0..=ply.model.ply_type(0).mesh.columns {
-                let lies_ahead = (column <= column_0 + 1) == ahead_of_the_break;
-                let z = if lies_ahead { 80e-3 } else { -20e-3 };
-                ply.state.nodes.set(row, node::DISPLACEMENT + 2, column, z);
-            }
-        }
+        let height = |_, c| Some(if (c <= 1) == ahead_of_the_break { 80e-3 } else { -20e-3 });
+        torn::put(&ply.model, &mut ply.state, node::DISPLACEMENT + 2, height);
         assert!(ply.covered());
         assert_eq!(ply.held(), held, "debris ahead {ahead_of_the_break}");
     }

@@ -86,7 +86,7 @@ pub(crate) fn result(case: &Case, run: &Run) -> Vec<String> {
 
 /// A summary without what the run cost.
 pub(crate) fn without_costs(mut summary: Value) -> Value {
-    for cost in ["loop_s", "host_overhead_s", "wall_s", "element_steps_per_s", "threads", "timings"] {
+    for cost in ["loop_s", "host_overhead_s", "wall_s", "element_steps_per_s", "threads"] {
         summary.as_object_mut().unwrap().remove(cost).unwrap_or_else(|| panic!("{cost}"));
     }
     summary
@@ -159,7 +159,7 @@ pub(crate) mod torn {
     use super::builtin;
 
     /// Half the width of the patch [elements]; its yarns run on for long enough to cover.
-    const SEAM: isize = 20;
+    pub(crate) const SEAM: isize = 20;
 
     /// A ply of 80 by 80 even elements, with nothing asked of it.
     pub(crate) const PLY: &[&str] = &[
@@ -183,30 +183,44 @@ pub(crate) mod torn {
         builtin("cases/s720-1ply-155.json", &[PLY, &slow, sets].concat())
     }
 
+    /// The larger of the distances of an element from the middle of the ply, in elements.
+    pub(crate) fn ring(r: isize, c: isize) -> isize {
+        let away = |at: isize| if at < 0 { -at - 1 } else { at };
+        away(r).max(away(c))
+    }
+
+    /// Cuts the yarns that `is_cut` names by row, column from the pack's centre, and yarn.
+    pub(crate) fn cut<S: Scalar>(model: &Model<S>, state: &mut State<S>, is_cut: impl Fn(isize, isize, usize) -> bool) {
+        let mesh = &model.ply_type(0).mesh;
+        let [column_0, row_0] = mesh.centre().map(|line| line as isize);
+        for (row, column) in (0..mesh.rows).flat_map(|row| (0..mesh.columns).map(move |column| (row, column))) {
+            for yarn in (0..2).filter(|yarn| is_cut(row as isize - row_0, column as isize - column_0, *yarn)) {
+                state.elements.set(row, element::ALIVE + yarn, column + 1, S::splat(0.0));
+            }
+        }
+    }
+
+    /// Sets a field of the nodes for which `value` has a number, by row and column from the pack's centre.
+    pub(crate) fn put<S: Scalar>(
+        model: &Model<S>,
+        state: &mut State<S>,
+        field: usize,
+        value: impl Fn(isize, isize) -> Option<f64>,
+    ) {
+        let mesh = &model.ply_type(0).mesh;
+        let [column_0, row_0] = mesh.centre().map(|line| line as isize);
+        for (row, column) in (0..=mesh.rows).flat_map(|row| (0..=mesh.columns).map(move |column| (row, column))) {
+            if let Some(value) = value(row as isize - row_0, column as isize - column_0) {
+                state.nodes.set(row, field, column, S::splat(value));
+            }
+        }
+    }
+
     /// Tears the patch out on three sides, and on the fourth where `loose` says so. The rest is at rest, but for a node in a corner
     /// that tears itself off: without a yarn that failed on the way nothing perforates.
     pub(crate) fn tear<S: Scalar>(model: &Model<S>, state: &mut State<S>, loose: bool) {
-        let mesh = &model.ply_type(0).mesh;
-        let [column_0, row_0] = mesh.centre().map(|line| line as isize);
-        let away = |at: isize| if at < 0 { -at - 1 } else { at };
-        for row in 0..mesh.rows {
-            for column in 0..mesh.columns {
-                let [r, c] = [row as isize - row_0, column as isize - column_0];
-                let held = c == -SEAM - 1 && !loose;
-                if away(r).max(away(c)) == SEAM && !held {
-                    for yarn in 0..2 {
-                        state.elements.set(row, element::ALIVE + yarn, column + 1, S::splat(0.0));
-                    }
-                }
-            }
-        }
-        for row in 0..=mesh.rows {
-            for column in 0..=mesh.columns {
-                if (row as isize - row_0).abs().max((column as isize - column_0).abs()) > SEAM {
-                    state.nodes.set(row, node::VELOCITY + 2, column, S::splat(0.0));
-                }
-            }
-        }
+        cut(model, state, |r, c, _| ring(r, c) == SEAM && (c != -SEAM - 1 || loose));
+        put(model, state, node::VELOCITY + 2, |r, c| (r.abs().max(c.abs()) > SEAM).then_some(0.0));
         state.nodes.set(2, node::VELOCITY + 2, 2, S::splat(3000.0));
     }
 }

@@ -7,7 +7,6 @@ use super::layout::{self, BODY_WORDS, GROUP, LAW_STRIDE, SCENE_STRIDE, STATUS_WO
 use super::pipeline::{Common, Pipeline, strided};
 pub use super::shader::Stage;
 use super::shader::{self, KERNELS, Kernel};
-use super::submission::{DeviceClock, STAMP_BYTES, StageTimes};
 use super::{Device, DeviceError};
 use crate::model::Features;
 use crate::model::Model;
@@ -47,9 +46,6 @@ pub struct DeviceStepper<'a> {
     pub(crate) events_read: Vec<u64>,
     /// Time spent waiting for the device.
     pub(crate) waited: Duration,
-    /// Clock of the device, where it has one.
-    pub(super) clock: Option<DeviceClock>,
-    pub(crate) times: StageTimes,
 }
 
 impl<'a> DeviceStepper<'a> {
@@ -93,8 +89,7 @@ impl<'a> DeviceStepper<'a> {
         let storage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
         let buffers = BufferId::ALL.map(|id| device.buffer(id.variable(), sizes.bytes(id), storage)).to_vec();
         let common = Common::new(device, model, &sizes);
-        let staging_size = sizes.staging() + STAMP_BYTES;
-        let staging = [0; IN_FLIGHT].map(|_| device.buffer("staging", staging_size, wgpu::BufferUsages::MAP_READ));
+        let staging = [0; IN_FLIGHT].map(|_| device.buffer("staging", sizes.staging(), wgpu::BufferUsages::MAP_READ));
         let most = device.limits().max_compute_workgroups_per_dimension;
         let mut step = Vec::new();
         for kernel in KERNELS.iter().filter(|kernel| kernel.is_in(&features)) {
@@ -110,7 +105,7 @@ impl<'a> DeviceStepper<'a> {
             match kernel.stage {
                 Stage::Elements => {
                     for (at, ply_type) in model.ply_types.iter().enumerate() {
-                        let features = Features::new(model, ply_type);
+                        let features = Features::new(model, std::slice::from_ref(ply_type));
                         for sampled in [false, true] {
                             add(at, &features, Some(sampled), workgroups(sizes.elements, most));
                         }
@@ -136,8 +131,6 @@ impl<'a> DeviceStepper<'a> {
             step,
             events_read: vec![0; sizes.shots as usize],
             waited: Duration::ZERO,
-            clock: DeviceClock::new(device),
-            times: StageTimes::default(),
         }
     }
 
@@ -159,11 +152,6 @@ impl<'a> DeviceStepper<'a> {
         }
         self.device.queue.submit([encoder.finish()]);
         self.device.wait(None)
-    }
-
-    /// Time that each kernel took by the device's clock [s], from one step of every batch; empty where it has none.
-    pub fn kernel_seconds(&self) -> Vec<(&'static str, f64)> {
-        self.times.seconds()
     }
 
     pub(crate) fn write_steps(&self, steps: &[StepInfo]) {

@@ -81,11 +81,6 @@ impl StencilRadius {
         if length > 0.0 && smaller { Self { along, breadth } } else { Self::ELEMENT }
     }
 
-    /// The elements that lie side by side with one, along an axis, in the yarn across it.
-    pub(crate) fn side_by_side(&self, mesh: &Mesh, axis: usize, element: usize) -> Range<usize> {
-        mesh.side_by_side(axis, element, self.breadth[1 - axis])
-    }
-
     /// Windows of warp and weft.
     pub(super) fn windows(&self, mesh: &Mesh) -> [Windows; 2] {
         let width = |axis: usize, at: usize| mesh.widths(at * axis, at * (1 - axis))[axis];
@@ -314,7 +309,7 @@ mod tests {
             weakest.sort_by(f64::total_cmp);
             let n = weakest.len() as f64;
             let off = weakest.iter().enumerate().map(|(i, weak)| {
-                let p = law.probability(length, *weak);
+                let p = -(-(length / law.gauge) * (weak / law.scale).powf(law.shape)).exp_m1();
                 (p - i as f64 / n).abs().max((p - (i as f64 + 1.0) / n).abs())
             });
             let off = off.fold(0.0, f64::max);

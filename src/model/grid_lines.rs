@@ -7,11 +7,11 @@ pub(super) const SAME: f64 = 1e-9;
 
 /// Lines of nodes across an axis of a ply.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Lines {
+pub(crate) struct Lines {
     /// Place of each line, counted in finest elements from the first line; at least two.
     places: Vec<f64>,
     /// Whether elements may differ in length.
-    graded: bool,
+    pub(super) graded: bool,
 }
 
 impl Lines {
@@ -22,10 +22,6 @@ impl Lines {
     /// Lines at these places.
     pub(super) fn graded(places: Vec<f64>) -> Self {
         Self { places, graded: true }
-    }
-
-    pub(super) fn is_graded(&self) -> bool {
-        self.graded
     }
 
     pub(super) fn elements(&self) -> usize {
@@ -56,7 +52,7 @@ impl Lines {
     }
 
     /// Half of each element beside a line.
-    pub(super) fn share(&self, line: usize) -> f64 {
+    pub(crate) fn share(&self, line: usize) -> f64 {
         let before = if line > 0 { self.width(line - 1) } else { 0.0 };
         let after = if line < self.elements() { self.width(line) } else { 0.0 };
         0.5 * (before + after)
@@ -80,7 +76,7 @@ impl Lines {
     }
 
     /// Elements within `reach`, a whole number, of an element; the element too.
-    pub(super) fn within(&self, element: usize, reach: f64) -> Range<usize> {
+    pub(crate) fn within(&self, element: usize, reach: f64) -> Range<usize> {
         let (from, to) = (self.places[element] - reach, self.places[element + 1] + reach);
         // A part of an element counts.
         let first = self.places.partition_point(|line| *line <= from + SAME).saturating_sub(1);

@@ -154,5 +154,5 @@ fn is_laid_evenly(case: &Case, layer: &Layer, axis: usize) -> bool {
         waves == 0 || waves % 2 == 1
     });
     let velocity = Vector3::from(layer.initial_velocity);
-    mesh.is_even_sided(own) && ends[own] && sine && velocity[axis].abs() <= ROUNDING * velocity.norm()
+    mesh.lines[own].is_mirrored() && ends[own] && sine && velocity[axis].abs() <= ROUNDING * velocity.norm()
 }

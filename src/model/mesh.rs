@@ -16,7 +16,7 @@ pub struct Mesh {
     /// Undeformed lengths Lx, Ly of the finest elements [m]; without grading all are alike.
     pub length: [f64; 2],
     /// Lines of nodes along X and Y.
-    lines: [Lines; 2],
+    pub(crate) lines: [Lines; 2],
     /// Reference position of node (0, 0) in the ply's axes [m]; the pack's centre is the origin.
     pub origin: [f64; 2],
     /// A place between two yarns, along X and Y, counted in finest elements from node (0, 0).
@@ -146,15 +146,16 @@ impl Mesh {
         [0, 1].map(|a| if self.cut[a] == Cut::First { counts[a] } else { 0 })
     }
 
-    /// Column and row in the whole ply of an element (column, row), and of its mirror images.
-    pub fn images(&self, element: [usize; 2]) -> impl Iterator<Item = [usize; 2]> + use<> {
+    /// Places in the whole ply of an element (`last` = 1) or a node (`last` = 0) of the mesh, and those of its mirror images, as column and
+    /// row, each with the signs of the components along X and Y of the ply.
+    pub fn images(&self, place: [usize; 2], last: usize) -> impl Iterator<Item = ([usize; 2], [f32; 2])> + use<> {
         let (whole, first) = (self.whole_counts(), self.first_in_whole());
-        let along = [0, 1].map(|a| {
-            let own = first[a] + element[a];
-            (own, (self.cut[a] != Cut::Nowhere).then_some(whole[a] - 1 - own))
+        let [columns, rows] = [0, 1].map(|a| {
+            let own = first[a] + place[a];
+            let image = (self.cut[a] != Cut::Nowhere).then(|| whole[a] - last - own).filter(|image| *image != own);
+            std::iter::once((own, 1.0)).chain(image.map(|image| (image, -1.0)))
         });
-        let [columns, rows] = along.map(|(own, image)| std::iter::once(own).chain(image));
-        rows.flat_map(move |row| columns.clone().map(move |column| [column, row]))
+        rows.flat_map(move |(row, y)| columns.clone().map(move |(column, x)| ([column, row], [x, y])))
     }
 
     /// Elements.
@@ -210,24 +211,9 @@ impl Mesh {
         (self.length[0] * self.lines[0].widest()).max(self.length[1] * self.lines[1].widest())
     }
 
-    /// Part of a cell of finest elements that belongs to a line of nodes along an axis of the ply: half of each element beside it [-].
-    pub fn share(&self, axis: usize, line: usize) -> f64 {
-        self.lines[axis].share(line)
-    }
-
-    /// Whether the mesh is its own mirror image across its X or Y.
-    pub(super) fn is_even_sided(&self, axis: usize) -> bool {
-        self.lines[axis].is_mirrored()
-    }
-
     /// Whether elements differ in size.
     pub fn is_graded(&self) -> bool {
-        self.lines.iter().any(Lines::is_graded)
-    }
-
-    /// Elements that lie, along an axis, within `span` finest elements of an element.
-    pub fn within(&self, axis: usize, element: usize, span: usize) -> Range<usize> {
-        self.lines[axis].within(element, span as f64)
+        self.lines.iter().any(|lines| lines.graded)
     }
 
     /// Elements within `reach` finest ones of the middle of every element along an axis, and how much of each; of the whole ply, of
@@ -244,7 +230,7 @@ impl Mesh {
     }
 
     /// The elements that lie side by side with one, along an axis, in the yarn across it.
-    pub(super) fn side_by_side(&self, axis: usize, element: usize, breadth: f64) -> Range<usize> {
+    pub(crate) fn side_by_side(&self, axis: usize, element: usize, breadth: f64) -> Range<usize> {
         let yarn = |at: usize| self.yarn(axis, at, breadth);
         let before = (0..element).rev().take_while(|at| yarn(*at) == yarn(element)).count();
         let behind = (element + 1..self.lines[axis].elements()).take_while(|at| yarn(*at) == yarn(element)).count();
@@ -382,7 +368,7 @@ mod tests {
                         let place = part.to_pack([x, y, 0.0]);
                         assert!((0..2).all(|a| !planes[a] || place[a] >= 0.0), "{angle} {planes:?} {place:?}");
                         if row < part.rows && column < part.columns {
-                            part.images([column, row]).for_each(|[c, r]| seen[r * 6 + c] += 1);
+                            part.images([column, row], 1).for_each(|([c, r], _)| seen[r * 6 + c] += 1);
                         }
                     }
                 }

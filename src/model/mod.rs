@@ -173,7 +173,7 @@ impl<S: Scalar> Model<S> {
 
     /// Features of the scene.
     pub fn features(&self) -> Features {
-        Features::of_all(self, &self.ply_types)
+        Features::new(self, &self.ply_types)
     }
 
     /// Every node: ply, row, column.
@@ -278,13 +278,8 @@ pub struct Features {
 }
 
 impl Features {
-    /// Features of one ply type of a model.
-    pub fn new<S>(model: &Model<S>, ply_type: &PlyType<S>) -> Self {
-        Self::of_all(model, std::slice::from_ref(ply_type))
-    }
-
-    /// Features that any of these ply types has; law, pivot and series are those of the first.
-    fn of_all<S>(model: &Model<S>, ply_types: &[PlyType<S>]) -> Self {
+    /// Features of these ply types in a model.
+    pub fn new<S>(model: &Model<S>, ply_types: &[PlyType<S>]) -> Self {
         let any = |has: &dyn Fn(&PlyType<S>) -> bool| ply_types.iter().any(has);
         let (first, projectile) = (&ply_types[0], model.projectile.as_ref());
         Self {

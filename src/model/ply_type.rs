@@ -193,7 +193,7 @@ fn row_kinds(mesh: &Mesh) -> Vec<usize> {
 
 /// Masses of a row of nodes.
 fn row_masses<S: Scalar>(mesh: &Mesh, areal_density: f64, edges: &Edges, row: usize) -> RowMasses<S> {
-    let across = mesh.share(1, row);
+    let across = mesh.lines[1].share(row);
     let row_edge = match row {
         0 => Some(edges.bottom),
         r if r == mesh.rows => Some(edges.top),
@@ -203,7 +203,7 @@ fn row_masses<S: Scalar>(mesh: &Mesh, areal_density: f64, edges: &Edges, row: us
     let mut out =
         RowMasses { inverse: std::array::from_fn(|_| vec![S::splat(0.0); stride]), mass: vec![S::splat(0.0); stride] };
     for column in 0..=mesh.columns {
-        let along = mesh.share(0, column);
+        let along = mesh.lines[0].share(column);
         let mass = areal_density * mesh.length[0] * mesh.length[1] * along * across;
         let column_edge = match column {
             0 => Some(edges.left),
@@ -238,18 +238,14 @@ impl<S: Scalar> Columns<S> {
         let mut place: Vec<f64> = (0..=mesh.columns).map(|column| mesh.reference(0, column)[0]).collect();
         place.resize(Grid::node_stride(mesh.columns), 0.0);
         let rounded = place.iter().map(|x| S::splat(*x)).collect();
-        let sizes = if mesh.is_graded() { place.len() } else { 0 };
-        let ones = || vec![S::splat(1.0); sizes];
-        let mut out = Self { place, rounded, width: ones(), per_width: ones() };
-        if !mesh.is_graded() {
-            return out;
+        let mut widths = Vec::new();
+        if mesh.is_graded() {
+            widths.extend((0..mesh.columns).map(|column| mesh.widths(0, column)[0]));
+            widths.resize(place.len(), 1.0);
         }
-        for column in 0..mesh.columns {
-            let [x, _] = mesh.widths(0, column);
-            out.width[column] = S::splat(x);
-            out.per_width[column] = S::splat(1.0 / x);
-        }
-        out
+        let width = widths.iter().map(|x| S::splat(*x)).collect();
+        let per_width = widths.iter().map(|x| S::splat(1.0 / x)).collect();
+        Self { place, rounded, width, per_width }
     }
 }
 

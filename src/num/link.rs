@@ -24,10 +24,7 @@ pub enum Link {
 impl Link {
     /// The word in JSON.
     pub fn word(self) -> &'static str {
-        match self {
-            Self::Probit => "probit",
-            Self::Logit => "logit",
-        }
+        ["probit", "logit"][self as usize]
     }
 
     /// F(η), the chance of a perforation \[-\].

@@ -69,11 +69,6 @@ pub struct Weibull {
 }
 
 impl Weibull {
-    /// Chance that a length breaks below a stress.
-    pub fn probability(&self, length: f64, stress: f64) -> f64 {
-        -(-(length / self.gauge) * (stress / self.scale).powf(self.shape)).exp_m1()
-    }
-
     /// Strength of a length; `uniform` between 0 and 1 is the chance of a weaker one.
     pub fn strength(&self, length: f64, uniform: f64) -> f64 {
         self.scale * (-(-uniform).ln_1p() * self.gauge / length).powf(1.0 / self.shape)

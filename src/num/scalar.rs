@@ -44,11 +44,6 @@ pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output
     fn any(self) -> bool {
         self.bits() != 0
     }
-    /// Number of true lanes.
-    #[inline(always)]
-    fn count(self) -> u32 {
-        self.bits().count_ones()
-    }
     /// Truth value of one lane.
     #[inline(always)]
     fn lane(self, lane: usize) -> bool {

@@ -225,18 +225,12 @@ impl Animation {
         self.body = model.projectile.as_ref().map(|projectile| SurfaceMesh::new(&projectile.body, pack));
     }
 
-    /// The animation with this number of keyframes at most, evenly from the first to the last.
-    #[must_use]
-    pub fn with(&self, keyframes: usize) -> Self {
-        let times: Vec<f64> = self.keyframes.iter().map(|keyframe| keyframe.time).collect();
-        let keyframes = even(&times, keyframes).into_iter().map(|at| self.keyframes[at].clone()).collect();
-        Self { keyframes, ..self.clone() }
-    }
-
-    /// The animation with the keyframes that a page shows.
+    /// The animation with the keyframes that a page shows, evenly from the first to the last.
     #[must_use]
     pub fn shown(&self) -> Self {
-        self.with(KEYFRAMES)
+        let times: Vec<f64> = self.keyframes.iter().map(|keyframe| keyframe.time).collect();
+        let keyframes = even(&times, KEYFRAMES).into_iter().map(|at| self.keyframes[at].clone()).collect();
+        Self { keyframes, ..self.clone() }
     }
 
     /// Largest deflection in any keyframe, of fabric that is attached to a support [m].

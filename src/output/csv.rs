@@ -63,21 +63,16 @@ pub fn find(name: &str) -> Option<&'static HistoryColumn> {
     COLUMNS.iter().find(|(heading, _)| *heading == name)
 }
 
-/// A value at a time, linear between rows of ascending time; `None` outside them.
-pub(crate) fn between<T>(
-    rows: &[T],
-    time: f64,
-    time_of: impl Fn(&T) -> f64,
-    value_of: impl Fn(&T) -> f64,
-) -> Option<f64> {
-    let after = rows.partition_point(|row| time_of(row) < time);
-    let next = rows.get(after)?;
+/// A value at a time, linear between rows of a history; `None` outside them.
+pub(crate) fn between(history: &[Sample], time: f64, value_of: impl Fn(&Sample) -> f64) -> Option<f64> {
+    let after = history.partition_point(|row| row.time < time);
+    let next = history.get(after)?;
     let value = value_of(next);
-    if time_of(next) <= time {
+    if next.time <= time {
         return Some(value);
     }
-    let last = after.checked_sub(1).and_then(|before| rows.get(before))?;
-    let share = (time - time_of(last)) / (time_of(next) - time_of(last));
+    let last = after.checked_sub(1).and_then(|before| history.get(before))?;
+    let share = (time - last.time) / (next.time - last.time);
     let start = value_of(last);
     Some(start + share * (value - start))
 }
@@ -145,7 +140,7 @@ mod tests {
         let row = |time: f64, velocity: f64| Sample { time, projectile_velocity: velocity, ..Sample::default() };
         let history = [row(0.0, 100.0), row(1e-6, 90.0), row(3e-6, 80.0)];
         let velocity = find("projectile_velocity_m_s");
-        let read = |time: f64| velocity.and_then(|(_, read)| between(&history, time, |row| row.time, read));
+        let read = |time: f64| velocity.and_then(|(_, read)| between(&history, time, read));
         assert_eq!(read(0.0), Some(100.0));
         assert_eq!(read(3e-6), Some(80.0));
         assert!(read(2e-6).is_some_and(|v| (v - 85.0).abs() < 1e-9));

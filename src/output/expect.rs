@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use super::csv;
 use super::number::short;
 use crate::case::{Bound, Case, Expect};
-use crate::run::{DeflectionProfile, Run, Sample, speed};
+use crate::run::{DeflectionProfile, Run, Sample};
 
 /// A time [s] in µs as the case gave it, without the noise of the conversion.
 fn microseconds(time: f64) -> f64 {
@@ -105,7 +105,7 @@ fn at(name: &str, time: f64, run: &Run) -> Result<FoundValue, String> {
     let end = run.history.last().map_or(0.0, |row| row.time);
     // The last row may stand a rounding before the end asked for.
     let read = if time > end && time <= end + 1e-3 * run.time_step { end } else { time };
-    let value = csv::between(&run.history, read, |row| row.time, read_column)
+    let value = csv::between(&run.history, read, read_column)
         .ok_or_else(|| format!("the run ended at {:.3} µs; \"run_until\": \"end_time\" makes it go on", end * 1e6))?;
     Ok((json!(value), None))
 }
@@ -159,7 +159,8 @@ fn wave_speed(
     if from.time >= to.time {
         return Err("two profiles are needed; list both times in /output/profile_times_us".to_owned());
     }
-    let speed = speed(from, to, place).ok_or_else(|| format!("the profiles have no {wave}"))?;
+    let places = place(to).zip(place(from)).ok_or_else(|| format!("the profiles have no {wave}"))?;
+    let speed = (places.0 - places.1) / (to.time - from.time);
     Ok((json!(speed), other_times(&[from, to], &between, run.time_step)))
 }
 

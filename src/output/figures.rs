@@ -16,8 +16,6 @@ const PROFILES: usize = 6;
 const POINTS: usize = 121;
 /// Stretch up to which a cell is drawn whose yarns do not break [-].
 const FAR: f64 = 1.1;
-/// A quantity of the history under its name.
-type HistoryCurve = (&'static str, fn(&Sample) -> f64);
 
 /// A line under its name.
 type Line = (String, Vec<[f64; 2]>);
@@ -92,11 +90,6 @@ pub(super) fn deflection(animation: &Animation) -> Option<Figure> {
     Some(Figure::new("deflection", "Deflection", caption, Some(plot)))
 }
 
-/// Factor and unit in which energies up to this [J] are shown.
-fn unit(top: f64) -> (f64, &'static str) {
-    if top < 0.1 { (1e3, "energy [mJ]") } else { (1.0, "energy [J]") }
-}
-
 /// Kinetic and elastic energy of the plies of a pack, of a thick one those that the playback shows.
 pub(super) fn plies(run: &Run) -> Option<Figure> {
     let shown = animation::shown(run.plies);
@@ -104,19 +97,18 @@ pub(super) fn plies(run: &Run) -> Option<Figure> {
         return None;
     }
     let energy = |row: &PlySample| row.moment.kinetic + row.moment.stored;
-    let (factor, unit) = unit(run.ply_history.iter().map(energy).filter(|x| x.is_finite()).fold(0.0, f64::max));
     let points = |ply: usize| {
         let rows = run.ply_history.iter().filter(|row| row.ply == ply);
-        rows.map(|row| [row.time * 1e6, factor * energy(row)]).collect()
+        rows.map(|row| [row.time * 1e6, energy(row)]).collect()
     };
     let lines: Vec<Line> = shown.iter().map(|ply| (format!("ply {}", ply + 1), points(*ply))).collect();
     let caption = "Kinetic and elastic energy of a ply; ply 1 is struck.".to_owned();
-    Some(Figure::new("plies", "Energy of the plies", caption, Some(over_time(0.0, unit, &lines))))
+    Some(Figure::new("plies", "Energy of the plies", caption, Some(over_time(0.0, "energy [J]", &lines))))
 }
 
 /// Energies and their sum.
 pub(super) fn energy(run: &Run) -> Figure {
-    let mut curves: Vec<HistoryCurve> = vec![
+    let mut curves: Vec<(&str, fn(&Sample) -> f64)> = vec![
         ("projectile", |row| row.balance.projectile),
         ("fabric, kinetic", |row| row.balance.kinetic),
         ("fabric, internal", |row| row.balance.internal),
@@ -130,10 +122,9 @@ pub(super) fn energy(run: &Run) -> Figure {
     curves.retain(|(_, of)| run.history.iter().any(|row| of(row) != 0.0));
     let sum = |row: &Sample| curves.iter().map(|(_, of)| of(row)).sum::<f64>();
     let top = run.history.iter().map(sum).filter(|x| x.is_finite()).fold(0.0, f64::max);
-    let (factor, unit) = unit(top);
-    let lines: Vec<Line> = curves.iter().map(|(name, of)| line(name, &run.history, |row| factor * of(row))).collect();
-    let mut plot = over_time(factor * top, unit, &lines);
-    plot.line("ink", "sum", &line("", &run.history, |row| factor * sum(row)).1);
+    let lines: Vec<Line> = curves.iter().map(|(name, of)| line(name, &run.history, of)).collect();
+    let mut plot = over_time(top, "energy [J]", &lines);
+    plot.line("ink", "sum", &line("", &run.history, sum).1);
     let caption = "That the sum stays level means that no energy is made or lost.";
     Figure::new("energy", "Where the energy is", caption, Some(plot))
 }

@@ -30,6 +30,6 @@ pub use breakage::Breakage;
 pub use checkpoint::CheckpointWriter;
 pub use expect::check;
 pub use folder::{CHECKPOINT, Folder, OutputError, StagedFrames, write_whole};
-pub use summary::{Energies, Verdict, absorbed_energy, costs, flies_freely, residual_velocity, summary, verdict};
+pub use summary::{Energies, Verdict, absorbed_energy, costs, residual_velocity, summary, verdict};
 #[doc(hidden)]
 pub use summary::{place, reached, symmetry};

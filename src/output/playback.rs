@@ -20,8 +20,6 @@ use super::surface::SurfaceMesh;
 use crate::case::{Case, Layer};
 use crate::run::frame::Pose;
 
-/// Characters of the base64 text at most.
-const BUDGET: usize = 3_600_000;
 /// Byte of a broken yarn; tensions go from 0 to the one below.
 const BROKEN: u8 = 255;
 
@@ -35,20 +33,6 @@ fn colour(share: f64) -> [u8; 3] {
 pub(super) fn gradient() -> String {
     let stops = (0..=16).map(|n| colour(f64::from(n) / 16.0)).map(|[r, g, b]| format!(",#{r:02x}{g:02x}{b:02x}"));
     format!("linear-gradient(to right{})", stops.collect::<String>())
-}
-
-/// Description and numbers, with fewer keyframes where they would be too large. `None` where there is nothing to show.
-fn pack(case: &Case, animation: &Animation) -> Option<(Value, String)> {
-    let mut animation = animation.clone();
-    while animation.keyframes.len() > 1 {
-        let steps = Rounding::of(&animation);
-        let base64 = BASE64_STANDARD.encode(deflated(&bytes(&animation, &steps)));
-        if base64.len() <= BUDGET {
-            return Some((describe(case, &animation, &steps), base64));
-        }
-        animation = animation.with(animation.keyframes.len() * 3 / 4);
-    }
-    None
 }
 
 /// Worth of one step of the rounded numbers.
@@ -158,7 +142,9 @@ fn describe(case: &Case, animation: &Animation, steps: &Rounding) -> Value {
 
 /// The player: its controls, which the script brings to life, and the numbers it needs.
 pub(super) fn player(case: &Case, animation: &Animation) -> Markup {
-    let Some((description, numbers)) = pack(case, animation) else { return Markup::default() };
+    let steps = Rounding::of(animation);
+    let description = describe(case, animation, &steps);
+    let numbers = BASE64_STANDARD.encode(deflated(&bytes(animation, &steps)));
     // No `<` in a script element: nothing can end it.
     let description = description.to_string().replace('<', "\\u003c");
     let shown: Vec<String> = animation.plies.iter().map(|ply| (ply.ply + 1).to_string()).collect();
@@ -237,13 +223,11 @@ mod tests {
     #[test]
     fn numbers_come_back_to_half_a_step() {
         let animation = animation(4, 50);
-        let packed = pack(&case(), &animation)
-            .map(|(_, numbers)| BASE64_STANDARD.decode(numbers))
-            .and_then(Result::ok)
-            .unwrap_or_default();
+        let steps = Rounding::of(&animation);
+        let packed = deflated(&super::bytes(&animation, &steps));
         let mut bytes = Vec::new();
         assert!(ZlibDecoder::new(packed.as_slice()).read_to_end(&mut bytes).is_ok());
-        let (steps, nodes, first) = (Rounding::of(&animation), 50, 2 * 50 * (3 + 3 * animation.keyframes.len()));
+        let (nodes, first) = (50, 2 * 50 * (3 + 3 * animation.keyframes.len()));
         let word = |block: usize, n: usize| {
             i16::from_le_bytes([bytes[2 * nodes * block + n], bytes[2 * nodes * block + nodes + n]])
         };
@@ -265,13 +249,5 @@ mod tests {
             }
         }
         assert_eq!(bytes.len(), first + 2 * nodes * animation.keyframes.len());
-    }
-
-    #[test]
-    fn an_animation_that_is_too_large_loses_keyframes_and_one_of_a_single_one_is_none() {
-        let (description, numbers) = pack(&case(), &animation(60, 16_000)).unwrap_or_default();
-        let kept = description["times"].as_array().map_or(0, Vec::len);
-        assert!((2..60).contains(&kept) && numbers.len() <= BUDGET, "{kept} {}", numbers.len());
-        assert!(pack(&case(), &animation(1, 10)).is_none());
     }
 }

@@ -197,12 +197,8 @@ fn thinned(points: &[[f64; 2]], most: usize) -> Vec<[f64; 2]> {
     let size = points.len().div_ceil(most / 2).max(2);
     let mut out = Vec::with_capacity(most + 2);
     for part in points.chunks(size) {
-        let extreme = |largest: bool| {
-            let order = |a: &usize, b: &usize| part[*a][1].total_cmp(&part[*b][1]);
-            let at = 0..part.len();
-            if largest { at.max_by(order) } else { at.min_by(order) }.unwrap_or(0)
-        };
-        let (low, high) = (extreme(false), extreme(true));
+        let order = |a: &usize, b: &usize| part[*a][1].total_cmp(&part[*b][1]);
+        let [low, high] = [(0..part.len()).min_by(order), (0..part.len()).max_by(order)].map(|at| at.unwrap_or(0));
         out.push(part[low.min(high)]);
         out.push(part[low.max(high)]);
     }

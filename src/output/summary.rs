@@ -1,6 +1,6 @@
 //! Result of a run: `summary.json`, the energies at the end, and the verdict in a line.
 
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 use super::breakage::Breakage;
 use super::checks::{self, Check, checks};
@@ -47,11 +47,6 @@ pub fn residual_velocity(case: &Case, run: &Run) -> Option<f64> {
         Outcome::Stopped => Some(0.0),
         _ => run.history.last().map(|row| row.projectile_velocity),
     }
-}
-
-/// Whether a projectile flies that the fabric can slow down.
-pub fn flies_freely(case: &Case) -> bool {
-    case.projectile.as_ref().is_some_and(|p| p.motion == Motion::Free)
 }
 
 fn peak(run: &Run, quantity: fn(&Sample) -> f64) -> f64 {
@@ -141,17 +136,7 @@ fn cost(run: &Run, wall_seconds: f64) -> Value {
             "wavefront": part.saturating_sub(run.element_steps_computed),
             "switched_off": run.skips.switched_off(),
         },
-        "timings": timings(run),
     })
-}
-
-/// Wall time of the kernels and of the rest of the loop, and their share of it; empty where nothing was timed.
-fn timings(run: &Run) -> Map<String, Value> {
-    let timed: f64 = run.kernel_seconds.iter().map(|(_, seconds)| seconds).sum();
-    let rest = [("other", (run.loop_seconds - timed).max(0.0))];
-    let all = run.kernel_seconds.iter().chain(rest.iter().filter(|_| timed > 0.0));
-    let entry = |seconds: f64| json!({ "s": seconds, "share": seconds / run.loop_seconds });
-    all.map(|(name, seconds)| ((*name).to_owned(), entry(*seconds))).collect()
 }
 
 /// Origin: backend, version, case, assumptions, warnings.
@@ -302,7 +287,7 @@ fn words(case: &Case, run: &Run) -> (&'static str, String) {
     if run.interrupted {
         return ("interrupted", format!("at {reached}, {deflected}"));
     }
-    let Some(projectile) = case.projectile.as_ref().filter(|_| flies_freely(case)) else {
+    let Some(projectile) = case.projectile.as_ref().filter(|p| p.motion == Motion::Free) else {
         return ("done", format!("{reached} computed, {deflected}"));
     };
     let left = residual_velocity(case, run).unwrap_or(0.0);
@@ -317,7 +302,11 @@ fn words(case: &Case, run: &Run) -> (&'static str, String) {
                 Some(scatter) => format!("{} m/s ± {} by the mesh", short(left, 3), short(scatter, 2)),
                 None => format!("{velocity} m/s"),
             };
-            let past = if run.is_unbroken() { ", past fabric of which no yarn broke" } else { "" };
+            let past = if run.history.last().is_some_and(|row| row.failed == [0; 2]) {
+                ", past fabric of which no yarn broke"
+            } else {
+                ""
+            };
             ("perforated", format!("leaves at {leaves}{past}, {struck}"))
         }
         Outcome::Stopped => {

@@ -12,6 +12,7 @@ use crate::model::Model;
 use crate::model::mesh::{Mesh, corners};
 use crate::num::scalar::Scalar;
 use crate::physics::rigid_body::Cut;
+use crate::solver::edge_contact::root;
 use crate::solver::energy_balance::PlyMoment;
 use crate::solver::state::State;
 
@@ -26,26 +27,17 @@ fn pieces<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize) -> Vec<usiz
     let (mesh, first) = (&model.ply_type(ply).mesh, model.grid.first_element_row(ply));
     let stride = mesh.columns + 1;
     // A forest: each node points to another of its piece, the root to itself.
-    let mut parent: Vec<u32> = (0..(stride * (mesh.rows + 1)) as u32).collect();
+    let mut parent: Vec<usize> = (0..stride * (mesh.rows + 1)).collect();
     for (row, column) in (0..mesh.rows).flat_map(|row| (0..mesh.columns).map(move |column| (row, column))) {
         let [a, b, c, d] = corners([row, column]).map(|(row, column)| row * stride + column);
         for (yarn, links) in [[[a, b], [d, c]], [[a, d], [b, c]]].into_iter().enumerate() {
             for link in links.into_iter().filter(|_| state.alive(first + row, column, yarn)) {
                 let [one, other] = link.map(|node| root(&mut parent, node));
-                parent[one.max(other)] = one.min(other) as u32;
+                parent[one.max(other)] = one.min(other);
             }
         }
     }
     (0..parent.len()).map(|node| root(&mut parent, node)).collect()
-}
-
-/// Root of the piece of a node. Shortens the way to it, else long yarns make long ways.
-fn root(parent: &mut [u32], mut node: usize) -> usize {
-    while parent[node] as usize != node {
-        parent[node] = parent[parent[node] as usize];
-        node = parent[node] as usize;
-    }
-    node
 }
 
 /// Whether the piece of fabric of a node (row, column) can hold a projectile that flies at `speed` along the normal [m/s].

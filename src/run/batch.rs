@@ -40,7 +40,7 @@ impl PreparedShot {
     pub fn new(case: Case) -> Result<Self, ModelError> {
         let (model, _) = solver::state::set_up::<f32>(&case, Skips::default().symmetry)?;
         let sizes = Sizes::new(&model);
-        let features: Vec<Features> = model.ply_types.iter().map(|own| Features::new(&model, own)).collect();
+        let features: Vec<Features> = model.ply_types.chunks(1).map(|own| Features::new(&model, own)).collect();
         let times = [model.dt, case.solver.end_time, case.output.history_interval];
         let mut common = format!("{features:?} {times:?}").into_bytes();
         common.extend_from_slice(bytemuck::cast_slice(&layout::plies(&model)));
@@ -200,7 +200,7 @@ impl DeviceShot {
         let mut events = result.events.iter().peekable();
         let sampled = steps.iter().filter(|s| s.slot.is_some());
         for (info, words) in sampled.zip(&result.samples) {
-            if info.index >= bad || self.record.is_over_uninterrupted() {
+            if info.index >= bad || self.record.is_over() {
                 break;
             }
             while let Some(event) = events.next_if(|e| e.step <= info.index) {
@@ -209,7 +209,7 @@ impl DeviceShot {
             self.sample(stepper, state, case, info, words)?;
             self.record.run.steps = info.index + 1;
         }
-        if self.record.is_over_uninterrupted() {
+        if self.record.is_over() {
             return Ok(());
         }
         let done = steps.last().map_or(self.record.run.steps, |s| s.index + 1);

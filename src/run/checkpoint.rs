@@ -9,7 +9,6 @@
 //! their own.
 
 use std::fs;
-use std::hash::Hasher as _;
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
@@ -23,7 +22,7 @@ use crate::run::{Options, Precision, Skips};
 /// First bytes of the file.
 const MAGIC: [u8; 8] = *b"ripstop\x1a";
 /// Number of the format: a new one for every change of the contents or their order.
-pub const FORMAT: u32 = 12;
+pub const FORMAT: u32 = 13;
 /// Bytes of the checksum.
 const SUM: usize = 8;
 /// Advice where there is no other.
@@ -140,14 +139,8 @@ pub(super) fn write(to: &mut dyn Write, header: &Header, observer: &[u8], state:
     let mut encoder = FrameEncoder::with_frame_info(blocks, &mut file);
     postcard::to_io(&(header, observer, state), &mut encoder).map_err(io::Error::other)?;
     encoder.finish()?;
-    file.extend(checksum(&file).to_le_bytes());
+    file.extend(XxHash3_64::oneshot(&file).to_le_bytes());
     to.write_all(&file)
-}
-
-fn checksum(bytes: &[u8]) -> u64 {
-    let mut sum = XxHash3_64::new();
-    sum.write(bytes);
-    sum.finish()
 }
 
 /// A checkpoint that is whole and of this version of the program.
@@ -185,7 +178,7 @@ impl Checkpoint {
         }
         let sound = rest
             .split_last_chunk::<SUM>()
-            .filter(|(_, sum)| checksum(&bytes[..bytes.len() - SUM]) == u64::from_le_bytes(**sum));
+            .filter(|(_, sum)| XxHash3_64::oneshot(&bytes[..bytes.len() - SUM]) == u64::from_le_bytes(**sum));
         let Some((packed, _)) = sound else {
             return refused("a checkpoint whose checksum holds", "one that is damaged or cut short", AGAIN);
         };

@@ -19,7 +19,7 @@ use crate::case::Case;
 use crate::gpu::buffers::{BufferId, SLOTS};
 use crate::gpu::layout::StepInfo;
 use crate::gpu::stepper::{BATCH, DeviceStepper};
-use crate::gpu::submission::{Pending, StageTimes};
+use crate::gpu::submission::Pending;
 use crate::gpu::{Device, DeviceError};
 use crate::model::Model;
 use crate::solver;
@@ -179,7 +179,7 @@ impl<'a> DeviceSimulation<'a> {
                 Err(lost @ DeviceError::Lost { .. }) => return Err(lost),
                 taken => shot.unless_lost(taken),
             }
-            shot.ended |= shot.record.is_over_uninterrupted() || last;
+            shot.ended |= shot.record.is_over() || last;
         }
         let running: Vec<usize> = self.running().map(|(number, _)| number).collect();
         if !running.is_empty() && running.len() < self.stepper.running.len() {
@@ -203,10 +203,6 @@ impl<'a> DeviceSimulation<'a> {
 
     /// Results of a shot. `loop_seconds`: time spent in the loop [s].
     pub(super) fn run_of(&self, number: usize, loop_seconds: f64) -> Run {
-        // Timed steps only sample the run, its first ones are slow: all kernels together take no longer than the loop.
-        let mut kernel_seconds = self.stepper.kernel_seconds();
-        let total: f64 = kernel_seconds.iter().map(|(_, seconds)| seconds).sum();
-        kernel_seconds.iter_mut().for_each(|(_, seconds)| *seconds *= (loop_seconds / total).min(1.0));
         let shot = &self.shots[number];
         Run {
             backend: "gpu",
@@ -214,23 +210,14 @@ impl<'a> DeviceSimulation<'a> {
             threads: rayon::current_num_threads(),
             precision: "f32",
             host_seconds: Some((loop_seconds - self.stepper.waited.as_secs_f64()).max(0.0)),
-            kernel_seconds,
             ..shot.record.clone().finish(&shot.model, loop_seconds)
         }
-    }
-
-    /// Sets the whole scene of a case up on a device.
-    ///
-    /// # Errors
-    /// When the case cannot become a model or the device cannot hold it.
-    pub fn new(case: &Case, device: &'a Device) -> Result<Self, RunError> {
-        Self::with_skips(case, device, Skips::WHOLE)
     }
 
     /// Sets a case up on a device with these skips.
     ///
     /// # Errors
-    /// As [`DeviceSimulation::new`].
+    /// When the case cannot become a model, or the device cannot hold it.
     pub fn with_skips(case: &Case, device: &'a Device, skips: Skips) -> Result<Self, RunError> {
         let (model, mut state) = solver::state::set_up::<f32>(case, skips.symmetry)?;
         if !skips.wavefront {
@@ -357,7 +344,6 @@ struct DeviceState<'a> {
     record: Cow<'a, RunRecord>,
     sampled: Option<u64>,
     events_read: u64,
-    times: Cow<'a, StageTimes>,
     /// Time spent waiting for the device.
     waited: Duration,
     /// Bytes of each of [`KEPT`].
@@ -379,7 +365,6 @@ impl Checkpointable for DeviceSimulation<'_> {
             record: Cow::Borrowed(&shots[0].record),
             sampled: *sampled,
             events_read: stepper.events_read[0],
-            times: Cow::Borrowed(&stepper.times),
             waited: stepper.waited,
             buffers: KEPT.iter().map(bytes).collect::<Result<_, _>>().map_err(io::Error::other)?,
         };
@@ -401,7 +386,7 @@ impl<'a> DeviceSimulation<'a> {
         }
         shots[0].record = from.record.into_owned();
         stepper.events_read[0] = from.events_read;
-        (stepper.times, stepper.waited) = (from.times.into_owned(), from.waited);
+        stepper.waited = from.waited;
         (simulation.next, simulation.sampled) = (checkpoint.header.step, from.sampled);
         Ok(simulation)
     }

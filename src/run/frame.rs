@@ -173,7 +173,7 @@ impl FrameCollector {
     pub(crate) fn resume(case: &Case, frames: usize, step: u64, dt: f64) -> Self {
         let mut collector = Self::new(case, frames);
         (0..step).for_each(|past| collector.schedule.pass(past, dt));
-        collector.taken = collector.schedule.kept().map(|step| (step, (step as f64 * dt, None))).collect();
+        collector.taken = collector.schedule.kept.iter().map(|[_, step]| (*step, (*step as f64 * dt, None))).collect();
         collector
     }
 
@@ -279,11 +279,6 @@ impl Schedule {
         self.wanted > 1 && self.kept.last().is_none_or(|[_, last]| last + 1 < step)
     }
 
-    /// Steps done before the frames that are kept, in order.
-    fn kept(&self) -> impl Iterator<Item = u64> {
-        self.kept.iter().map(|[_, step]| *step)
-    }
-
     /// Whether the frame before this step is kept.
     pub(crate) fn keeps(&self, step: u64) -> bool {
         self.kept.iter().any(|kept| kept[1] == step)
@@ -323,7 +318,7 @@ mod tests {
     fn kept(wanted: usize, end_time: f64, steps: u64) -> Vec<u64> {
         let mut schedule = Schedule::new(wanted, end_time);
         (0..=steps).for_each(|step| schedule.pass(step, DT));
-        schedule.kept().collect()
+        schedule.kept.iter().map(|[_, step]| *step).collect()
     }
 
     #[test]

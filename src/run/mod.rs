@@ -45,7 +45,6 @@ pub use outcome::Outcome;
 #[doc(hidden)]
 pub use processor::Simulation;
 use record::RunRecord;
-pub(crate) use result::speed;
 pub use result::{DeflectionProfile, NewtonStatistics, PlySample, ProfilePoint, Run, Sample};
 pub use snapshot::Snapshot;
 
@@ -63,10 +62,7 @@ pub enum Precision {
 impl Precision {
     /// `f64` or `f32`.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::F64 => f64::NAME,
-            Self::F32 => f32::NAME,
-        }
+        [f64::NAME, f32::NAME][self as usize]
     }
 }
 

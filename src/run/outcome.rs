@@ -214,8 +214,8 @@ fn covered_by<S: Scalar>(
     // Whether a yarn is unbroken in an element and for `span` finest cells on either side, or to the edge of the ply. Beyond a mirror
     // plane lie images of cells that are no further from it on this side, so that to the plane is far enough.
     let runs_on = |row: usize, column: usize, yarn: usize| match yarn {
-        0 => mesh.within(0, column, span).all(|column| state.alive(first + row, column, 0)),
-        _ => mesh.within(1, row, span).all(|row| state.alive(first + row, column, 1)),
+        0 => mesh.lines[0].within(column, span as f64).all(|column| state.alive(first + row, column, 0)),
+        _ => mesh.lines[1].within(row, span as f64).all(|row| state.alive(first + row, column, 1)),
     };
     // The directions in which `place` measures how far across a point is, in the axes of the ply, and where the body is along them.
     let sides = [Vector3::x(), if body.body.profile.bar { Vector3::zeros() } else { Vector3::y() }].map(|side| {

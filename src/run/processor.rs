@@ -9,12 +9,12 @@ use serde::{Deserialize, Serialize};
 
 use super::checkpoint::{self, BackendId, Checkpoint, Checkpointable, Header};
 use super::record::RunRecord;
-use super::{Backend, Observer, Options, Run, RunError, RunScalar, Skips, View, outcome};
+use super::{Backend, Observer, Options, Run, RunError, RunScalar, Skips, outcome};
 use crate::case::Case;
 use crate::model::{Model, ModelError};
 use crate::physics::rigid_body::RigidBody;
 use crate::solver::state::{ActiveRegion, State};
-use crate::solver::{self, Phase, Stepper, StepperState, Stopwatch};
+use crate::solver::{self, Stepper, StepperState};
 
 /// A run in progress on the processor.
 pub struct Simulation<S: RunScalar> {
@@ -63,15 +63,10 @@ impl<S: RunScalar> Simulation<S> {
         self.state.step as f64 * self.model.dt
     }
 
-    /// View for an observer.
-    pub fn view(&self) -> View<'_> {
-        S::view(&self.model, &self.state)
-    }
-
     /// Whether the run is over: the last step taken was a sample, so that the history ends at the end.
     pub fn finished(&self, case: &Case) -> bool {
         let time_up = self.state.step > 0 && self.time() - self.model.dt >= case.solver.end_time;
-        self.sampled && (self.record.is_over() || time_up)
+        self.sampled && (self.record.run.interrupted || self.record.is_over() || time_up)
     }
 
     /// One step; true if it was sampled.
@@ -85,7 +80,6 @@ impl<S: RunScalar> Simulation<S> {
             backend: "cpu",
             threads: rayon::current_num_threads(),
             precision: S::NAME,
-            kernel_seconds: self.stepper.stopwatch.seconds(),
             ..self.record.finish(&self.model, loop_seconds)
         }
     }
@@ -125,7 +119,6 @@ impl<S: RunScalar> Backend for Simulation<S> {
         if let Some(excess) = excess.filter(|_| self.record.run.divergence.is_none()) {
             self.record.diagnose(&self.model, &self.state, excess);
         }
-        self.stepper.stopwatch.lap(Phase::Record);
         sample
     }
 
@@ -136,7 +129,7 @@ impl<S: RunScalar> Backend for Simulation<S> {
     }
 
     fn show_end(&mut self, observer: &mut dyn Observer) {
-        observer.on_end(&self.view());
+        observer.on_end(&S::view(&self.model, &self.state));
     }
 
     fn finish(self, loop_seconds: f64) -> Run {
@@ -150,7 +143,6 @@ impl<S: RunScalar> Backend for Simulation<S> {
 struct SimulationState<'a, S: Clone> {
     record: Cow<'a, RunRecord>,
     stepper: StepperState,
-    stopwatch: Cow<'a, Stopwatch>,
     body: Option<BodyMotion>,
     active: Cow<'a, [ActiveRegion]>,
     nodes: Cow<'a, [S]>,
@@ -174,7 +166,6 @@ impl<S: RunScalar> Checkpointable for Simulation<S> {
         let state = SimulationState {
             record: Cow::Borrowed(&self.record),
             stepper: self.stepper.memory(),
-            stopwatch: Cow::Borrowed(&self.stepper.stopwatch),
             body: motion,
             active: Cow::Borrowed(&self.state.active),
             nodes: Cow::Borrowed(&self.state.nodes.data),
@@ -196,7 +187,6 @@ impl<S: RunScalar> Simulation<S> {
         let Self { model, state, stepper, record, .. } = &mut simulation;
         *record = from.record.into_owned();
         stepper.remember(model, from.stepper);
-        stepper.stopwatch = from.stopwatch.into_owned();
         if let (Some(body), Some((position, orientation, velocity, angular_momentum))) = (&mut state.body, from.body) {
             body.position = position.into();
             // As it was, to the last bit: it is not brought to unit length again.

@@ -79,13 +79,8 @@ impl RunRecord {
         }
     }
 
-    /// Whether something other than time ends the run.
-    pub(crate) fn is_over(&self) -> bool {
-        self.run.interrupted || self.is_over_uninterrupted()
-    }
-
     /// Whether something other than time or the user ends the run.
-    pub(crate) fn is_over_uninterrupted(&self) -> bool {
+    pub(crate) fn is_over(&self) -> bool {
         self.run.divergence.is_some() || self.decided || self.run.lost.is_some()
     }
 
@@ -222,13 +217,10 @@ impl RunRecord {
         run.momentum_error = run.momentum_error.max(balance.momentum_error);
         if plies.len() > 1 {
             let scale = copies as f64;
-            let whole = |m: &PlyMoment| PlyMoment { kinetic: m.kinetic * scale, stored: m.stored * scale, ..*m };
             let rows = plies.iter().zip(&self.failed).enumerate();
-            run.ply_history.extend(rows.map(|(ply, (moment, failed))| PlySample {
-                time,
-                ply,
-                moment: whole(moment),
-                failed: *failed,
+            run.ply_history.extend(rows.map(|(ply, (m, failed))| {
+                let moment = PlyMoment { kinetic: m.kinetic * scale, stored: m.stored * scale, ..*m };
+                PlySample { time, ply, moment, failed: *failed }
             }));
         }
         run.history.push(row);
@@ -333,8 +325,8 @@ fn whole_events<S: Scalar>(model: &Model<S>, events: Vec<FailureEvent>) -> Vec<F
         return events;
     }
     let images = |event: FailureEvent| {
-        let images = model.ply_type(event.ply as usize).mesh.images([event.i as usize, event.j as usize]);
-        images.map(move |[column, row]| FailureEvent { i: column as u32, j: row as u32, ..event })
+        let images = model.ply_type(event.ply as usize).mesh.images([event.i as usize, event.j as usize], 1);
+        images.map(move |([column, row], _)| FailureEvent { i: column as u32, j: row as u32, ..event })
     };
     let mut all: Vec<_> = events.into_iter().flat_map(images).collect();
     all.sort_by_key(|e| (e.step, e.ply, e.j, e.i, e.yarn));

@@ -126,9 +126,6 @@ pub struct Run {
     /// Part of it in which the host did not wait for the device [s]; `None` on the processor.
     #[serde(skip)]
     pub host_seconds: Option<f64>,
-    /// Kernels and other phases of the loop by name, with their time [s]; what is missing from `loop_seconds` went elsewhere.
-    #[serde(skip)]
-    pub kernel_seconds: Vec<(&'static str, f64)>,
     /// `cpu` or `gpu`.
     #[serde(skip)]
     pub backend: &'static str,
@@ -158,11 +155,6 @@ impl Run {
     /// Largest deflection of any ply, of attached fabric [m].
     pub fn deflection(&self) -> f64 {
         self.deflections.iter().copied().fold(0.0, f64::max)
-    }
-
-    /// Whether no yarn has failed.
-    pub(crate) fn is_unbroken(&self) -> bool {
-        self.history.last().is_some_and(|row| row.failed == [0; 2])
     }
 }
 
@@ -297,13 +289,4 @@ impl DeflectionProfile {
         let elongation: f64 = points.windows(2).map(|w| w[0].strain * (w[1].reference - w[0].reference)).sum();
         Some(elongation / plateau)
     }
-}
-
-/// Speed of `place` between two profiles [m/s].
-pub(crate) fn speed(
-    from: &DeflectionProfile,
-    to: &DeflectionProfile,
-    place: impl Fn(&DeflectionProfile) -> Option<f64>,
-) -> Option<f64> {
-    Some((place(to)? - place(from)?) / (to.time - from.time))
 }

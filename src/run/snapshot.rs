@@ -10,7 +10,6 @@ use crate::num::scalar::{Scalar, each};
 use crate::physics::crossover;
 use crate::physics::kinematics::{ElementConstants, ElementGeometry, differences, kinematics};
 use crate::physics::membrane::arc_sine;
-use crate::physics::rigid_body::Cut;
 use crate::physics::yarn_law::Sinusoidal;
 use crate::run::View;
 use crate::solver::element_totals::field as element_field;
@@ -141,16 +140,12 @@ fn fill_elements<S: Scalar>(
     whole: &PlyMesh,
     frame: &mut Frame,
 ) {
-    let [across, up] = images(mesh, 1);
     for (place, before) in places(0..patch.rows.len(), 0..patch.columns.len()).zip(&patch.elements) {
         let (row, column) = (patch.rows.start + place.0, patch.columns.start + place.1);
         let size = mesh.widths(row, column);
         let reading = read(constants, size, &patch.corners(place.0, place.1), *before);
-        for (row, row_sign) in up.of(row) {
-            for (column, column_sign) in across.of(column) {
-                let at = whole.first_element + row * whole.columns + column;
-                put(frame, at, &reading, row_sign * column_sign);
-            }
+        for ([column, row], [x, y]) in mesh.images([column, row], 1) {
+            put(frame, whole.first_element + row * whole.columns + column, &reading, y * x);
         }
     }
 }
@@ -167,17 +162,14 @@ fn put(frame: &mut Frame, at: usize, reading: &ElementReading, turn: f32) {
 }
 
 fn fill_nodes<S: Scalar>(patch: &Patch<S>, mesh: &Mesh, whole: &PlyMesh, frame: &mut Frame) {
-    let [across, up] = images(mesh, 0);
     let (rows, columns) = (patch.rows.start..patch.rows.end + 1, patch.columns.start..patch.columns.end + 1);
     for ((row, column), node) in places(rows, columns).zip(&patch.nodes) {
         let [displacement, velocity] = node.map(|vector| vector.map(S::to_f64));
-        for (row, y) in up.of(row) {
-            for (column, x) in across.of(column) {
-                let at = whole.first_node + row * (whole.columns + 1) + column;
-                let image = |v: [f64; 3]| mesh.to_pack([f64::from(x) * v[0], f64::from(y) * v[1], v[2]]);
-                frame.displacement[at] = image(displacement).map(|u| u as f32);
-                frame.velocity[at] = image(velocity).map(|v| v as f32);
-            }
+        for ([column, row], [x, y]) in mesh.images([column, row], 0) {
+            let at = whole.first_node + row * (whole.columns + 1) + column;
+            let image = |v: [f64; 3]| mesh.to_pack([f64::from(x) * v[0], f64::from(y) * v[1], v[2]]);
+            frame.displacement[at] = image(displacement).map(|u| u as f32);
+            frame.velocity[at] = image(velocity).map(|v| v as f32);
         }
     }
 }
@@ -239,27 +231,4 @@ fn read<S: Scalar>(
         shear_angle: if both { arc_sine(k.sine).to_f64() as f32 } else { 0.0 },
         alive,
     }
-}
-
-/// Places in the whole along one axis of the ply.
-#[derive(Clone, Copy)]
-struct Images {
-    first: usize,
-    /// Place and mirror image add up to this.
-    sum: Option<usize>,
-}
-
-impl Images {
-    /// Place of a node or element of the part and, if it is another one, that of its mirror image, each with the sign of a component along the axis.
-    fn of(self, at: usize) -> impl Iterator<Item = (usize, f32)> + Clone {
-        let own = self.first + at;
-        let image = self.sum.map(|sum| sum - own).filter(|image| *image != own);
-        std::iter::once((own, 1.0)).chain(image.map(|image| (image, -1.0)))
-    }
-}
-
-/// Places of nodes (`last` = 0) or elements (`last` = 1) along the ply's X and Y.
-fn images(mesh: &Mesh, last: usize) -> [Images; 2] {
-    let (whole, first) = (mesh.whole_counts(), mesh.first_in_whole());
-    [0, 1].map(|a| Images { first: first[a], sum: (mesh.cut[a] != Cut::Nowhere).then_some(whole[a] - last) })
 }

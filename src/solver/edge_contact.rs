@@ -280,14 +280,13 @@ impl EdgeContact {
     }
 }
 
-/// The node that stands for the block of a node; shortens the way there.
-fn root(blocks: &mut [usize], node: usize) -> usize {
-    let mut at = node;
-    while blocks[at] != at {
-        blocks[at] = blocks[blocks[at]];
-        at = blocks[at];
+/// Root of a node in a forest, where each points to another of its piece and the root to itself; shortens the way there.
+pub(crate) fn root(parent: &mut [usize], mut node: usize) -> usize {
+    while parent[node] != node {
+        parent[node] = parent[parent[node]];
+        node = parent[node];
     }
-    at
+    node
 }
 
 /// From end to end.

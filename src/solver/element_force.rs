@@ -70,8 +70,8 @@ pub fn element_force<R: Real>(
         sums.work.add(n.splat_like(0.5 * dt) * elements.store(row), column);
 
         let counted = n.within(column, &range);
-        totals.unconverged += (both & !cell.converged).count();
-        totals.solved += f64::from((both & counted).count());
+        totals.unconverged += (both & !cell.converged).bits().count_ones();
+        totals.solved += f64::from((both & counted).bits().count_ones());
         maxima.iterations = maxima.iterations + R::select(counted, cell.iterations, n.zero());
         maxima.residual = maxima.residual.max(cell.residual);
         if any_failed {

@@ -214,7 +214,7 @@ fn covers_the_same(base: &Case, case: &Case) -> Result<(), String> {
 /// Root mean square of the velocity difference over the time that both cover, over the velocity that the reference lost in that time [-];
 /// `None` where it lost none, or where there is no common time.
 fn velocity_error(reference: &[Sample], run: &[Sample]) -> Option<f64> {
-    let at = |history: &[Sample], time: f64| csv::between(history, time, |row| row.time, |row| row.projectile_velocity);
+    let at = |history: &[Sample], time: f64| csv::between(history, time, |row| row.projectile_velocity);
     let span = reference.last()?.time.min(run.last()?.time);
     let lost = at(reference, 0.0)? - at(reference, span)?;
     // Trapezoidal in time, over the rows of the run.

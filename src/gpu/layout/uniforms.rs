@@ -316,13 +316,13 @@ pub fn line(ply_type: &PlyType<f32>, from: &Vector3<f64>, axis: usize, line: usi
     let from = mesh.to_ply((*from).into())[axis];
     let place = |line: usize| mesh.reference(line * axis, line * (1 - axis))[axis] - from;
     let width = mesh.widths(element * axis, element * (1 - axis))[axis];
-    let yarn = ply_type.failure_reach.side_by_side(mesh, axis, element);
+    let yarn = mesh.side_by_side(axis, element, ply_type.failure_reach.breadth[1 - axis]);
     let breaking = &ply_type.windows[axis].breaking[element];
     Line {
         place: (if line > last { place(last) + width * mesh.length[axis] } else { place(line) }) as f32,
         width: width as f32,
         per_width: (1.0 / width) as f32,
-        share: if line > last { 0.0 } else { mesh.share(axis, line) as f32 },
+        share: if line > last { 0.0 } else { mesh.lines[axis].share(line) as f32 },
         yarn_first: yarn.start as f32,
         yarn_end: yarn.end as f32,
         breaking_first: breaking.start as f32,
