@@ -1,7 +1,7 @@
 //! The GPU backend by size: `cargo bench --bench gpu [-- --test] [-- --adapter NAME]`.
 //!
-//! For each pack: time of a step, element-steps per second, and what a step costs the host (measured on a device that does nothing).
-//! Then the shot.
+//! For each pack: device time of every kernel, element-steps per second of whole steps, bytes moved, and what a step costs
+//! the host (measured on a device that does nothing). Then the shot.
 #![allow(
     clippy::unwrap_used,
     clippy::print_stdout,
@@ -29,6 +29,18 @@ const PACKS: [(&str, u32, u32); 5] = [
     ("16 plies 160 x 160", 16, 203),
     ("50 plies 160 x 160", 50, 203),
     ("1 ply of 1 m2", 1, 1000),
+];
+
+/// Bytes that a kernel moves per element and step, neighbours' shares once.
+const BYTES: [(&str, u64); 4] = [
+    // Nodes 24; old forces 24, heights 24, flags 4, work 4 read; forces 36, heights 24, flags 4, work 4 written.
+    ("element_force", 24 + 56 + 68),
+    // Forces 36, nodes 24 read; nodes 24 written.
+    ("node_update", 36 + 24 + 24),
+    // The few nodes near the projectile.
+    ("projectile_contact", 0),
+    // Accounts 28, flags 4, forces 36, nodes 24 read; accounts 12, flags 4 written. Only in sampled steps.
+    ("energy_balance", 28 + 4 + 36 + 24 + 16),
 ];
 
 fn shot(plies: u32, edge: u32, sets: &[&str]) -> Case {
@@ -61,18 +73,32 @@ fn pack(device: &Device, name: &str, case: &Case, test: bool) {
     let warm = if test { 3 } else { 90 };
     let start = Instant::now();
     while at < warm && start.elapsed().as_secs_f64() < 10.0 {
-        stepper.run(&steps(&stepper, at, 3)).unwrap();
+        let sent = stepper.submit(&steps(&stepper, at, 3));
+        stepper.collect(&sent).unwrap();
         at += 3;
     }
     let per_step = start.elapsed().as_secs_f64() / at as f64;
     let count = if test { 3 } else { ((3.0 / per_step) as u64).clamp(3, BATCH as u64 / 2) };
     let batch = steps(&stepper, at, count);
     let start = Instant::now();
-    stepper.run(&batch).unwrap();
+    let sent = stepper.submit(&batch);
+    stepper.collect(&sent).unwrap();
     let seconds = start.elapsed().as_secs_f64() / count as f64;
+    at += count;
     let rate = elements as f64 / seconds;
     println!("{name}: {elements} elements, {:.1} MB", Sizes::new(&model).total() as f64 * 1e-6);
     println!("  step                {:10.1} µs  {:10.2} M element-steps/s", seconds * 1e6, rate * 1e-6);
+    let times = stepper.kernel_seconds();
+    if times.is_empty() {
+        println!("  the device has no clock for kernels");
+    }
+    // Totals by the timed steps; a third of the steps is sampled.
+    for (kernel, bytes) in BYTES {
+        let Some((_, total)) = times.iter().find(|(name, _)| *name == kernel) else { continue };
+        let time = total / if kernel == "energy_balance" { at as f64 / 3.0 } else { at as f64 };
+        let moved = (bytes * elements) as f64 / time;
+        println!("  {kernel:19} {:10.1} µs  {bytes:4} bytes per element  {:8.1} GB/s", time * 1e6, moved * 1e-9);
+    }
 }
 
 /// Time of the host for recording and submitting a step.

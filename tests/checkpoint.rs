@@ -117,12 +117,16 @@ fn a_quarter_of_a_scene_goes_on_to_its_outcome() {
 }
 
 #[test]
-fn the_state_of_the_observer_is_kept() {
+fn timings_and_the_state_of_the_observer_are_kept() {
     let (case, folder) = (pack(), TempDir::new().unwrap());
     let mut simulation = start::<f32>(&case);
     advance(&mut simulation, &case, 20);
     let checkpoint = open(&saved(&folder, &case, &simulation));
     assert_eq!(checkpoint.observer, b"seen");
+    let before = simulation.into_run(1.0).kernel_seconds;
+    assert!(before.len() == 5 && before.iter().all(|(_, seconds)| *seconds > 0.0), "{before:?}");
+    let resumed = Simulation::<f32>::resume(&case, &checkpoint).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(resumed.into_run(1.0).kernel_seconds, before);
 }
 
 /// Observer that takes every checkpoint it is offered.

@@ -23,7 +23,7 @@ const NUDGE: f64 = 1e-12;
 /// Rows of the history that are kept.
 const ROWS: usize = 6;
 /// Parts of `summary.json` that are not results: cost, origin, and words that a later version may say otherwise.
-const LEFT_OUT: &str = "title wall_s loop_s element_steps_per_s host_overhead_s backend adapter threads version case \
+const LEFT_OUT: &str = "title timings wall_s loop_s element_steps_per_s host_overhead_s backend adapter threads version case \
     case_hash assumed warnings notes trust expect terms skipped precision";
 
 fn read(name: &str) -> Value {

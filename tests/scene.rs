@@ -86,7 +86,7 @@ pub(crate) fn result(case: &Case, run: &Run) -> Vec<String> {
 
 /// A summary without what the run cost.
 pub(crate) fn without_costs(mut summary: Value) -> Value {
-    for cost in ["loop_s", "host_overhead_s", "wall_s", "element_steps_per_s", "threads"] {
+    for cost in ["loop_s", "host_overhead_s", "wall_s", "element_steps_per_s", "threads", "timings"] {
         summary.as_object_mut().unwrap().remove(cost).unwrap_or_else(|| panic!("{cost}"));
     }
     summary

@@ -120,8 +120,10 @@ impl Device {
             max_buffer_size: has.max_buffer_size,
             ..wgpu::Limits::default()
         };
+        let timing = wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES;
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("ripstop"),
+            required_features: adapter.inner.features() & timing,
             required_limits: limits,
             memory_hints: wgpu::MemoryHints::Performance,
             ..wgpu::DeviceDescriptor::default()
@@ -161,6 +163,12 @@ impl Device {
     /// Whether it is hardware, which need not round every operation to the nearest.
     pub fn is_hardware(&self) -> bool {
         self.hardware
+    }
+
+    /// Whether it has a clock that can be read between kernels.
+    #[doc(hidden)]
+    pub fn has_clock(&self) -> bool {
+        self.inner.features().contains(wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES)
     }
 
     /// Takes the device away in mid-run, as a driver reset would.

@@ -80,22 +80,14 @@ pub enum DeviceError {
         /// Words of the driver.
         reason: String,
     },
-    /// More nodes met the projectile in one step than the device has room for.
-    #[error("{found} nodes meet the projectile in one step; {adapter} has room for {room}")]
+    /// More met the projectile in one step than the device has room for.
+    #[error("{found} {what} meet in one step; {adapter} has room for {room}")]
     Crowded {
         /// Name.
         adapter: String,
-        /// Nodes.
-        found: u32,
-        /// Room.
-        room: u64,
-    },
-    /// More points of the projectile's edge met a ply in one step than the device has room for.
-    #[error("{found} points of the projectile's edge meet a ply in one step; {adapter} has room for {room}")]
-    CrowdedEdge {
-        /// Name.
-        adapter: String,
-        /// Points of the edge.
+        /// Nodes and the projectile, or points of its edge and a ply.
+        what: &'static str,
+        /// Number of them.
         found: u32,
         /// Room.
         room: u64,

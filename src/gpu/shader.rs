@@ -31,6 +31,17 @@ pub enum Stage {
 impl Stage {
     /// A whole step.
     pub const ALL: [Self; 5] = [Self::Elements, Self::Nodes, Self::Plies, Self::Projectile, Self::EnergyBalance];
+
+    /// Key in `summary.json`.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Elements => "element_force",
+            Self::Nodes => "node_update",
+            Self::Plies => "ply_contact",
+            Self::Projectile => "projectile_contact",
+            Self::EnergyBalance => "energy_balance",
+        }
+    }
 }
 
 /// One compute kernel.

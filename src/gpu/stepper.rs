@@ -3,10 +3,11 @@
 use std::time::Duration;
 
 use super::buffers::{BufferId, IN_FLIGHT, Sizes};
-use super::layout::{self, BODY_WORDS, GROUP, LAW_STRIDE, SCENE_STRIDE, STATUS_WORDS, STEP_STRIDE, Shot, StepInfo};
+use super::layout::{self, GROUP, LAW_STRIDE, SCENE_STRIDE, STEP_STRIDE, Shot, StepInfo};
 use super::pipeline::{Common, Pipeline, strided};
 pub use super::shader::Stage;
 use super::shader::{self, KERNELS, Kernel};
+use super::submission::{DeviceClock, STAMP_BYTES, StageTimes};
 use super::{Device, DeviceError};
 use crate::model::Features;
 use crate::model::Model;
@@ -28,7 +29,8 @@ struct Dispatch {
 /// Advances the states of shots on a device, all by the same steps.
 pub struct DeviceStepper<'a> {
     pub(crate) device: &'a Device,
-    pub(crate) sizes: Sizes,
+    /// Sizes of the buffers.
+    pub sizes: Sizes,
     pub(crate) grid: Grid,
     pub(crate) features: Features,
     dt: f64,
@@ -46,6 +48,9 @@ pub struct DeviceStepper<'a> {
     pub(crate) events_read: Vec<u64>,
     /// Time spent waiting for the device.
     pub(crate) waited: Duration,
+    /// Clock of the device, where it has one.
+    pub(super) clock: Option<DeviceClock>,
+    pub(crate) times: StageTimes,
 }
 
 impl<'a> DeviceStepper<'a> {
@@ -89,7 +94,8 @@ impl<'a> DeviceStepper<'a> {
         let storage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
         let buffers = BufferId::ALL.map(|id| device.buffer(id.variable(), sizes.bytes(id), storage)).to_vec();
         let common = Common::new(device, model, &sizes);
-        let staging = [0; IN_FLIGHT].map(|_| device.buffer("staging", sizes.staging(), wgpu::BufferUsages::MAP_READ));
+        let staging_size = sizes.staging() + STAMP_BYTES;
+        let staging = [0; IN_FLIGHT].map(|_| device.buffer("staging", staging_size, wgpu::BufferUsages::MAP_READ));
         let most = device.limits().max_compute_workgroups_per_dimension;
         let mut step = Vec::new();
         for kernel in KERNELS.iter().filter(|kernel| kernel.is_in(&features)) {
@@ -131,12 +137,9 @@ impl<'a> DeviceStepper<'a> {
             step,
             events_read: vec![0; sizes.shots as usize],
             waited: Duration::ZERO,
+            clock: DeviceClock::new(device),
+            times: StageTimes::default(),
         }
-    }
-
-    /// Sizes of the buffers.
-    pub fn sizes(&self) -> &Sizes {
-        &self.sizes
     }
 
     /// Runs some stages of one step and waits.
@@ -152,6 +155,11 @@ impl<'a> DeviceStepper<'a> {
         }
         self.device.queue.submit([encoder.finish()]);
         self.device.wait(None)
+    }
+
+    /// Time that each kernel took by the device's clock [s], from one step of every batch; empty where it has none.
+    pub fn kernel_seconds(&self) -> Vec<(&'static str, f64)> {
+        self.times.seconds()
     }
 
     pub(crate) fn write_steps(&self, steps: &[StepInfo]) {
@@ -187,11 +195,6 @@ impl<'a> DeviceStepper<'a> {
     /// One step. `slot`: of its sample; `since`: steps since the last one.
     pub fn whole_step(&self, index: u64, slot: Option<u32>, since: u32) -> StepInfo {
         StepInfo { index, slot, since, dt: self.dt }
-    }
-
-    /// First word of the projectile in a sample.
-    pub(crate) fn body_at(&self) -> usize {
-        self.sizes.sample_words() - STATUS_WORDS - BODY_WORDS
     }
 }
 

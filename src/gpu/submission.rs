@@ -1,16 +1,21 @@
-//! Steps sent off in one submission, and the results read back after it: samples, counters and failures of every shot that runs.
+//! Steps sent off in one submission, and the results read back after it: samples, counters and failures of every shot that runs, and the
+//! time that stages took by the device's clock.
 
 use std::time::Instant;
 
-use super::DeviceError;
+use serde::{Deserialize, Serialize};
+
 use super::buffers::{BufferId, EVENT_WINDOW, IN_FLIGHT};
 use super::layout::{EVENT_WORDS, Event, STATUS_WORDS, StepInfo, status};
 use super::shader::Stage;
 use super::stepper::DeviceStepper;
+use super::{Device, DeviceError};
 use crate::solver::FailureEvent;
 
 /// Bytes of an event.
 const EVENT_BYTES: u64 = 4 * EVENT_WORDS;
+/// Bytes of the stamps around the stages of a step.
+pub(super) const STAMP_BYTES: u64 = 8 * (Stage::ALL.len() as u64 + 1);
 
 /// Results of a submission for one shot.
 #[derive(Clone, Debug, Default)]
@@ -41,6 +46,8 @@ pub struct Pending {
     samples: usize,
     /// Event windows of the shots that run, in order.
     windows: Vec<EventWindow>,
+    /// Whether the step whose stages were timed was sampled.
+    timed_sample: bool,
     submission: wgpu::SubmissionIndex,
 }
 
@@ -51,10 +58,21 @@ impl DeviceStepper<'_> {
         let samples = steps.iter().filter(|s| s.slot.is_some()).count();
         let staging = self.submitted % IN_FLIGHT;
         let mut encoder = self.device.inner.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        // One step is timed, another one each time.
+        let timed = 7 * self.submitted % steps.len().max(1);
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
             for (at, info) in steps.iter().enumerate() {
-                Stage::ALL.into_iter().for_each(|stage| self.record(&mut pass, at, info, stage));
+                let clock = self.clock.as_ref().filter(|_| at == timed);
+                if let Some(clock) = clock {
+                    clock.stamp(&mut pass, 0);
+                }
+                for (number, stage) in (1..).zip(Stage::ALL) {
+                    self.record(&mut pass, at, info, stage);
+                    if let Some(clock) = clock {
+                        clock.stamp(&mut pass, number);
+                    }
+                }
             }
         }
         let window = |shot: &usize| {
@@ -62,20 +80,26 @@ impl DeviceStepper<'_> {
             EventWindow { shot: *shot, first, count: EVENT_WINDOW.min(2 * self.sizes.elements - first) }
         };
         let windows: Vec<EventWindow> = self.running.iter().map(window).collect();
-        self.copy_results(&mut encoder, staging, samples, &windows);
+        let copied = self.copy_results(&mut encoder, staging, samples, &windows);
+        if let Some(clock) = &self.clock {
+            clock.resolve(&mut encoder);
+            encoder.copy_buffer_to_buffer(&clock.resolved, 0, &self.staging[staging], copied, STAMP_BYTES);
+        }
+        self.times.send(steps);
+        let timed_sample = steps.get(timed).is_some_and(|step| step.slot.is_some());
         let submission = self.device.queue.submit([encoder.finish()]);
         self.submitted += 1;
-        Pending { staging, samples, windows, submission }
+        Pending { staging, samples, windows, timed_sample, submission }
     }
 
-    /// Copies samples, counters and events into a staging buffer.
+    /// Copies samples, counters and events into a staging buffer; gives how much that is [bytes].
     fn copy_results(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         staging: usize,
         samples: usize,
         windows: &[EventWindow],
-    ) {
+    ) -> u64 {
         let sampled = (BufferId::Samples, 0, self.sample_bytes(samples, windows.len()));
         let counters = (BufferId::Status, 0, self.sizes.bytes(BufferId::Status));
         let events = windows
@@ -86,6 +110,7 @@ impl DeviceStepper<'_> {
             encoder.copy_buffer_to_buffer(self.buffer(name), from, &self.staging[staging], to, size);
             to += size;
         }
+        to
     }
 
     fn event_offset(&self, shot: usize, event: u64) -> u64 {
@@ -103,11 +128,16 @@ impl DeviceStepper<'_> {
     pub fn collect(&mut self, batch: &Pending) -> Result<Vec<BatchResult>, DeviceError> {
         let shots = batch.windows.len();
         let window_bytes: u64 = batch.windows.iter().map(|window| window.count * EVENT_BYTES).sum();
-        let size = self.sample_bytes(batch.samples, shots) + self.sizes.bytes(BufferId::Status) + window_bytes;
+        let known = self.sample_bytes(batch.samples, shots) + self.sizes.bytes(BufferId::Status) + window_bytes;
+        let size = known + if self.clock.is_some() { STAMP_BYTES } else { 0 };
         let start = Instant::now();
         let words = self.fetch(&self.staging[batch.staging], size, Some(batch.submission.clone()));
         self.waited += start.elapsed();
         let words = words?;
+        let (words, stamps) = words.split_at(known as usize / 4);
+        if let Some(clock) = &self.clock {
+            self.times.add(batch.timed_sample, &clock.seconds(stamps));
+        }
         let sample_words = self.sizes.sample_words();
         let (sampled, rest) = words.split_at(batch.samples * shots * sample_words);
         let (counters, mut events) = rest.split_at(self.sizes.bytes(BufferId::Status) as usize / 4);
@@ -163,13 +193,86 @@ impl DeviceStepper<'_> {
         };
         Ok(events.into_iter().map(failure).collect())
     }
+}
 
-    /// Runs steps of the first shot that runs in one submission and waits for them.
-    ///
-    /// # Errors
-    /// When the device was lost.
-    pub fn run(&mut self, steps: &[StepInfo]) -> Result<BatchResult, DeviceError> {
-        let batch = self.submit(steps);
-        Ok(self.collect(&batch)?.into_iter().next().unwrap_or_default())
+/// Stamps of the device's clock before and after each stage of a step.
+pub(super) struct DeviceClock {
+    queries: wgpu::QuerySet,
+    /// Buffer of the stamps once they are resolved.
+    resolved: wgpu::Buffer,
+    /// Period of a tick [s].
+    period: f64,
+}
+
+impl DeviceClock {
+    /// The clock; `None` where the device has none that can be read between stages.
+    pub(super) fn new(gpu: &Device) -> Option<Self> {
+        if !gpu.has_clock() {
+            return None;
+        }
+        let queries = gpu.inner.create_query_set(&wgpu::QuerySetDescriptor {
+            label: Some("stages"),
+            ty: wgpu::QueryType::Timestamp,
+            count: Stage::ALL.len() as u32 + 1,
+        });
+        let resolved = gpu.inner.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("stamps"),
+            size: STAMP_BYTES,
+            usage: wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC,
+            mapped_at_creation: false,
+        });
+        Some(Self { queries, resolved, period: 1e-9 * f64::from(gpu.queue.get_timestamp_period()) })
+    }
+
+    /// Takes the time: 0 before the first stage, n after the n-th.
+    fn stamp(&self, pass: &mut wgpu::ComputePass<'_>, number: u32) {
+        pass.write_timestamp(&self.queries, number);
+    }
+
+    /// Puts the stamps where they can be copied from.
+    fn resolve(&self, encoder: &mut wgpu::CommandEncoder) {
+        encoder.resolve_query_set(&self.queries, 0..Stage::ALL.len() as u32 + 1, &self.resolved, 0);
+    }
+
+    /// Time between the stamps [s].
+    fn seconds(&self, words: &[u32]) -> Vec<f64> {
+        let stamps: Vec<u64> = bytemuck::pod_collect_to_vec(words);
+        stamps.windows(2).map(|pair| pair[1].saturating_sub(pair[0]) as f64 * self.period).collect()
+    }
+}
+
+/// Time that the stages of a step take, from one step of every batch.
+#[derive(Clone, Default, Serialize, Deserialize)]
+pub(crate) struct StageTimes {
+    /// Sum of each stage [s], and steps in which it was timed.
+    sums: [(f64, u64); Stage::ALL.len()],
+    /// Steps sent off, and those of them that were sampled.
+    sent: [u64; 2],
+}
+
+impl StageTimes {
+    /// Counts the steps of a batch.
+    fn send(&mut self, steps: &[StepInfo]) {
+        self.sent[0] += steps.len() as u64;
+        self.sent[1] += steps.iter().filter(|step| step.slot.is_some()).count() as u64;
+    }
+
+    /// Adds the stages of one step [s].
+    fn add(&mut self, sampled: bool, seconds: &[f64]) {
+        for ((sum, stage), seconds) in self.sums.iter_mut().zip(Stage::ALL).zip(seconds) {
+            if sampled || stage != Stage::EnergyBalance {
+                *sum = (sum.0 + seconds, sum.1 + 1);
+            }
+        }
+    }
+
+    /// Stages by the name of their kernel, and their time in all steps [s] by the timed ones; empty where the device has no clock.
+    pub(super) fn seconds(&self) -> Vec<(&'static str, f64)> {
+        if self.sums[0].1 == 0 {
+            return Vec::new();
+        }
+        let all = |stage: Stage| self.sent[usize::from(stage == Stage::EnergyBalance)] as f64;
+        let stages = Stage::ALL.into_iter().zip(self.sums);
+        stages.map(|(stage, (sum, count))| (stage.name(), all(stage) * sum / count.max(1) as f64)).collect()
     }
 }

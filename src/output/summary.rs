@@ -1,6 +1,6 @@
 //! Result of a run: `summary.json`, the energies at the end, and the verdict in a line.
 
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
 use super::breakage::Breakage;
 use super::checks::{self, Check, checks};
@@ -136,7 +136,17 @@ fn cost(run: &Run, wall_seconds: f64) -> Value {
             "wavefront": part.saturating_sub(run.element_steps_computed),
             "switched_off": run.skips.switched_off(),
         },
+        "timings": timings(run),
     })
+}
+
+/// Wall time of the kernels and of the rest of the loop, and their share of it; empty where nothing was timed.
+fn timings(run: &Run) -> Map<String, Value> {
+    let timed: f64 = run.kernel_seconds.iter().map(|(_, seconds)| seconds).sum();
+    let rest = [("other", (run.loop_seconds - timed).max(0.0))];
+    let all = run.kernel_seconds.iter().chain(rest.iter().filter(|_| timed > 0.0));
+    let entry = |seconds: f64| json!({ "s": seconds, "share": seconds / run.loop_seconds });
+    all.map(|(name, seconds)| ((*name).to_owned(), entry(*seconds))).collect()
 }
 
 /// Origin: backend, version, case, assumptions, warnings.

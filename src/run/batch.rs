@@ -87,12 +87,12 @@ impl<'a> DeviceBatch<'a> {
 
     /// Most shots that there is room for at a time.
     pub fn room(&self) -> u64 {
-        self.simulation.stepper.sizes().shots
+        self.simulation.stepper.sizes.shots
     }
 
     /// Memory that it takes on the device [bytes].
     pub fn bytes(&self) -> u64 {
-        self.simulation.stepper.sizes().planned()
+        self.simulation.stepper.sizes.planned()
     }
 
     /// Computes shots that it takes. `ended` gets the run of each, with its place among them, as soon as it has ended; false ends the others,
@@ -243,7 +243,7 @@ impl DeviceShot {
         info: &StepInfo,
         words: &[u32],
     ) -> Result<(), DeviceError> {
-        let (sums, rest) = words.split_at(stepper.body_at());
+        let (sums, rest) = words.split_at(stepper.sizes.sample_words() - STATUS_WORDS - BODY_WORDS);
         let (body, counters) = rest.split_at(BODY_WORDS);
         let (sums, count) = (WorkgroupSums(sums), self.model.plies.len());
         let origin = layout::device_origin(&self.model);
@@ -324,13 +324,18 @@ impl DeviceShot {
     }
 }
 
+/// Points of the edge that met a ply when there was no room for them.
+const EDGE_POINTS: &str = "points of the projectile's edge and a ply";
+
 /// Checks that there was room for all that the projectile met.
 fn check_room(stepper: &DeviceStepper<'_>, counters: &[u32; STATUS_WORDS]) -> Result<(), DeviceError> {
-    let (adapter, sizes) = (stepper.device.name().to_owned(), stepper.sizes());
+    let (adapter, sizes) = (stepper.device.name().to_owned(), &stepper.sizes);
     match [status::OVERFLOW, status::OVERFLOW_EDGES].map(|at| counters[at]) {
         [0, 0] => Ok(()),
-        [0, found] => Err(DeviceError::CrowdedEdge { adapter, found, room: sizes.constraints }),
-        [found, _] => Err(DeviceError::Crowded { adapter, found, room: sizes.points }),
+        [0, found] => Err(DeviceError::Crowded { adapter, what: EDGE_POINTS, found, room: sizes.constraints }),
+        [found, _] => {
+            Err(DeviceError::Crowded { adapter, what: "nodes and the projectile", found, room: sizes.points })
+        }
     }
 }
 
@@ -358,9 +363,12 @@ mod tests {
             shot.take(&stepper, &mut state, &case, &[], &result)
         };
         assert_eq!(take(0), Ok(()));
-        let room = stepper.sizes().constraints;
+        let room = stepper.sizes.constraints;
         assert!(room > 20);
-        assert_eq!(take(999), Err(DeviceError::CrowdedEdge { adapter: "noop".into(), found: 999, room }));
+        assert_eq!(
+            take(999),
+            Err(DeviceError::Crowded { adapter: "noop".into(), what: EDGE_POINTS, found: 999, room })
+        );
         Ok(())
     }
 }

@@ -19,7 +19,7 @@ use crate::case::Case;
 use crate::gpu::buffers::{BufferId, SLOTS};
 use crate::gpu::layout::StepInfo;
 use crate::gpu::stepper::{BATCH, DeviceStepper};
-use crate::gpu::submission::Pending;
+use crate::gpu::submission::{Pending, StageTimes};
 use crate::gpu::{Device, DeviceError};
 use crate::model::Model;
 use crate::solver;
@@ -203,6 +203,10 @@ impl<'a> DeviceSimulation<'a> {
 
     /// Results of a shot. `loop_seconds`: time spent in the loop [s].
     pub(super) fn run_of(&self, number: usize, loop_seconds: f64) -> Run {
+        // Timed steps only sample the run, its first ones are slow: all kernels together take no longer than the loop.
+        let mut kernel_seconds = self.stepper.kernel_seconds();
+        let total: f64 = kernel_seconds.iter().map(|(_, seconds)| seconds).sum();
+        kernel_seconds.iter_mut().for_each(|(_, seconds)| *seconds *= (loop_seconds / total).min(1.0));
         let shot = &self.shots[number];
         Run {
             backend: "gpu",
@@ -210,6 +214,7 @@ impl<'a> DeviceSimulation<'a> {
             threads: rayon::current_num_threads(),
             precision: "f32",
             host_seconds: Some((loop_seconds - self.stepper.waited.as_secs_f64()).max(0.0)),
+            kernel_seconds,
             ..shot.record.clone().finish(&shot.model, loop_seconds)
         }
     }
@@ -344,6 +349,7 @@ struct DeviceState<'a> {
     record: Cow<'a, RunRecord>,
     sampled: Option<u64>,
     events_read: u64,
+    times: Cow<'a, StageTimes>,
     /// Time spent waiting for the device.
     waited: Duration,
     /// Bytes of each of [`KEPT`].
@@ -365,6 +371,7 @@ impl Checkpointable for DeviceSimulation<'_> {
             record: Cow::Borrowed(&shots[0].record),
             sampled: *sampled,
             events_read: stepper.events_read[0],
+            times: Cow::Borrowed(&stepper.times),
             waited: stepper.waited,
             buffers: KEPT.iter().map(bytes).collect::<Result<_, _>>().map_err(io::Error::other)?,
         };
@@ -386,7 +393,7 @@ impl<'a> DeviceSimulation<'a> {
         }
         shots[0].record = from.record.into_owned();
         stepper.events_read[0] = from.events_read;
-        stepper.waited = from.waited;
+        (stepper.times, stepper.waited) = (from.times.into_owned(), from.waited);
         (simulation.next, simulation.sampled) = (checkpoint.header.step, from.sampled);
         Ok(simulation)
     }

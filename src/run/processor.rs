@@ -14,7 +14,7 @@ use crate::case::Case;
 use crate::model::{Model, ModelError};
 use crate::physics::rigid_body::RigidBody;
 use crate::solver::state::{ActiveRegion, State};
-use crate::solver::{self, Stepper, StepperState};
+use crate::solver::{self, Phase, Stepper, StepperState, Stopwatch};
 
 /// A run in progress on the processor.
 pub struct Simulation<S: RunScalar> {
@@ -80,6 +80,7 @@ impl<S: RunScalar> Simulation<S> {
             backend: "cpu",
             threads: rayon::current_num_threads(),
             precision: S::NAME,
+            kernel_seconds: self.stepper.stopwatch.seconds(),
             ..self.record.finish(&self.model, loop_seconds)
         }
     }
@@ -119,6 +120,7 @@ impl<S: RunScalar> Backend for Simulation<S> {
         if let Some(excess) = excess.filter(|_| self.record.run.divergence.is_none()) {
             self.record.diagnose(&self.model, &self.state, excess);
         }
+        self.stepper.stopwatch.lap(Phase::Record);
         sample
     }
 
@@ -143,6 +145,7 @@ impl<S: RunScalar> Backend for Simulation<S> {
 struct SimulationState<'a, S: Clone> {
     record: Cow<'a, RunRecord>,
     stepper: StepperState,
+    stopwatch: Cow<'a, Stopwatch>,
     body: Option<BodyMotion>,
     active: Cow<'a, [ActiveRegion]>,
     nodes: Cow<'a, [S]>,
@@ -166,6 +169,7 @@ impl<S: RunScalar> Checkpointable for Simulation<S> {
         let state = SimulationState {
             record: Cow::Borrowed(&self.record),
             stepper: self.stepper.memory(),
+            stopwatch: Cow::Borrowed(&self.stepper.stopwatch),
             body: motion,
             active: Cow::Borrowed(&self.state.active),
             nodes: Cow::Borrowed(&self.state.nodes.data),
@@ -187,6 +191,7 @@ impl<S: RunScalar> Simulation<S> {
         let Self { model, state, stepper, record, .. } = &mut simulation;
         *record = from.record.into_owned();
         stepper.remember(model, from.stepper);
+        stepper.stopwatch = from.stopwatch.into_owned();
         if let (Some(body), Some((position, orientation, velocity, angular_momentum))) = (&mut state.body, from.body) {
             body.position = position.into();
             // As it was, to the last bit: it is not brought to unit length again.

@@ -126,6 +126,9 @@ pub struct Run {
     /// Part of it in which the host did not wait for the device [s]; `None` on the processor.
     #[serde(skip)]
     pub host_seconds: Option<f64>,
+    /// Kernels and other phases of the loop by name, with their time [s]; what is missing from `loop_seconds` went elsewhere.
+    #[serde(skip)]
+    pub kernel_seconds: Vec<(&'static str, f64)>,
     /// `cpu` or `gpu`.
     #[serde(skip)]
     pub backend: &'static str,

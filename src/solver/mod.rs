@@ -26,6 +26,8 @@ pub mod row_kernels;
 pub mod state;
 mod sweep;
 
+use std::time::{Duration, Instant};
+
 use serde::{Deserialize, Serialize};
 
 use crate::model::Model;
@@ -98,6 +100,51 @@ pub struct Divergence {
     pub place: [usize; 3],
 }
 
+/// Steps between two that do elements and nodes one after the other, which changes no bit, to measure the share of each.
+const APART: u64 = 64;
+
+/// A phase of a step: a kernel with what is added up after it, or the record of what the step did.
+#[derive(Clone, Copy, Debug)]
+pub enum Phase {
+    /// `element_force`
+    ElementForce,
+    /// `node_update`
+    NodeUpdate,
+    /// `ply_contact`
+    PlyContact,
+    /// `projectile_contact`, with the motion of the body.
+    ProjectileContact,
+    /// History, outcome, and the watch over the numbers.
+    Record,
+    /// Elements and nodes in one sweep.
+    Sweep,
+}
+
+/// Adds up what each phase takes. A lap costs one reading of the clock.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Stopwatch {
+    spent: [Duration; 6],
+    #[serde(skip, default = "Instant::now")] // of this process alone
+    last: Instant,
+}
+
+impl Stopwatch {
+    /// Ends a lap: time since the last one belongs to this phase.
+    pub fn lap(&mut self, phase: Phase) {
+        let now = Instant::now();
+        self.spent[phase as usize] += now - self.last;
+        self.last = now;
+    }
+
+    /// Every phase by name, and its wall time [s]. That of the sweeps is split as in the steps that did elements and nodes apart.
+    pub fn seconds(&self) -> Vec<(&'static str, f64)> {
+        let [elements, nodes, plies, projectile, record, sweep] = self.spent.map(|time| time.as_secs_f64());
+        let scale = 1.0 + sweep / (elements + nodes).max(f64::MIN_POSITIVE);
+        let names = ["element_force", "node_update", "ply_contact", "projectile_contact", "record"];
+        names.into_iter().zip([scale * elements, scale * nodes, plies, projectile, record]).collect()
+    }
+}
+
 /// Model, state and sums that the stages of a step work on.
 pub struct Context<'a, S> {
     /// Constant.
@@ -140,6 +187,8 @@ pub struct Stepper<S: Scalar> {
     projectile: ProjectileContact,
     /// Failures of the last step.
     pub failures: Vec<FailureEvent>,
+    /// Time that the phases of the steps so far took.
+    pub stopwatch: Stopwatch,
 }
 
 impl<S: KernelScalar> Stepper<S> {
@@ -161,6 +210,7 @@ impl<S: KernelScalar> Stepper<S> {
             plies: PlyContact::new(model),
             projectile: ProjectileContact::default(),
             failures: Vec::new(),
+            stopwatch: Stopwatch { spent: Default::default(), last: Instant::now() },
         }
     }
 
@@ -173,11 +223,22 @@ impl<S: KernelScalar> Stepper<S> {
         sample: bool,
     ) -> StepTotals {
         let mut context = Context::new(model, state, balance, sample);
-        self.sweep(&mut context, [true, true]);
-        self.collect_elements(&mut context);
-        self.collect_nodes(&mut context);
+        self.stopwatch.last = Instant::now();
+        if context.state.step.is_multiple_of(APART) {
+            self.elements(&mut context);
+            self.stopwatch.lap(Phase::ElementForce);
+            self.nodes(&mut context);
+            self.stopwatch.lap(Phase::NodeUpdate);
+        } else {
+            self.sweep(&mut context, [true, true]);
+            self.collect_elements(&mut context);
+            self.collect_nodes(&mut context);
+            self.stopwatch.lap(Phase::Sweep);
+        }
         self.plies(&mut context);
+        self.stopwatch.lap(Phase::PlyContact);
         self.projectile(&mut context);
+        self.stopwatch.lap(Phase::ProjectileContact);
         context.state.step += 1;
         context.totals
     }
@@ -285,19 +346,27 @@ fn to_pack<S: Scalar>(model: &Model<S>, row: usize, vector: [f64; 3]) -> [f64; 3
     model.ply_type(model.grid.node_row(row).0).mesh.to_pack(vector)
 }
 
-/// Everything in a stepper that later steps depend on: the largest distance that any node may have gone so far [m]; ply, row, column of the
-/// nodes near the projectile; the distance that they and the projectile may still approach each other before the list is stale [m].
-pub(crate) type StepperState = (f64, Vec<[usize; 3]>, f64);
+/// Everything in a stepper that later steps depend on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct StepperState {
+    /// Largest distance that any node may have gone so far [m].
+    travel: f64,
+    /// Ply, row, column of the nodes near the projectile.
+    candidates: Vec<[usize; 3]>,
+    /// Distance that they and the projectile may still approach each other before the list is stale [m].
+    skin: f64,
+}
 
 impl<S: Scalar> Stepper<S> {
     /// State of the stepper that the next steps depend on.
     pub(crate) fn memory(&self) -> StepperState {
-        (self.plies.travel, self.projectile.candidates.clone(), self.projectile.skin)
+        let projectile = &self.projectile;
+        StepperState { travel: self.plies.travel, candidates: projectile.candidates.clone(), skin: projectile.skin }
     }
 
     /// Goes on with the memory of another stepper of the same model.
-    pub(crate) fn remember(&mut self, model: &Model<S>, (travel, candidates, skin): StepperState) {
-        self.plies.travel = travel;
-        self.projectile.remember(model, candidates, skin);
+    pub(crate) fn remember(&mut self, model: &Model<S>, memory: StepperState) {
+        self.plies.travel = memory.travel;
+        self.projectile.remember(model, memory.candidates, memory.skin);
     }
 }

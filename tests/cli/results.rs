@@ -7,7 +7,7 @@ const SUMMARY: &str = "trust notes residual_velocity_scatter_m_s broken_yarns fa
     max_ply_penetration_mm last_ply_deflection_mm perforated_plies plies energy_error momentum_error hourglass_fraction failed_yarns \
     eroded_elements energy_gained law_energy_j ply_separation_j viscous_dissipation_j breaking_load_ratio newton elements steps \
     time_step_us element_steps element_steps_computed wall_s loop_s element_steps_per_s skipped backend adapter threads precision \
-    version case_hash assumed warnings expect interrupted unstable device_lost checkpoint_failed host_overhead_s \
+    version case_hash assumed warnings timings expect interrupted unstable device_lost checkpoint_failed host_overhead_s \
     time_step_set_by peak_yarn_tension_n peak_contact_force_n title case time_us";
 const HISTORY: &str = "time_us,projectile_velocity_m_s,projectile_displacement_mm,contact_force_n,\
     kinetic_energy_j,internal_energy_j,hourglass_energy_j,contact_dissipation_j,friction_j,failure_energy_j,\
@@ -45,6 +45,11 @@ fn a_run_leaves_the_files_of_the_contract_and_none_of_an_earlier_run() {
     for key in ["adapter", "host_overhead_s", "device_lost", "checkpoint_failed"] {
         assert_eq!(summary[key], Value::Null, "{key}");
     }
+    let kernels: Vec<&String> = summary["timings"].as_object().unwrap().keys().collect();
+    assert_eq!(kernels, ["element_force", "node_update", "ply_contact", "projectile_contact", "record", "other"]);
+    let share = |part: &Value| part["share"].as_f64().unwrap();
+    let shares: f64 = summary["timings"].as_object().unwrap().values().map(share).sum();
+    assert!((shares - 1.0).abs() < 1e-9, "{}", summary["timings"]);
     let assumed = summary["assumed"].as_array().unwrap();
     assert!(assumed.contains(&json!("/fabric/crossover/gap_mm")) && !assumed.contains(&json!("/projectile/mass_g")));
     shoot(&bench, "out/shot", &["--set", "/output/profile_times_us=[]", "--no-report"]);

@@ -153,10 +153,10 @@ pub(super) fn text(bytes: &[u8]) -> String {
     String::from_utf8(bytes.to_vec()).unwrap()
 }
 
-/// Keys of an object and of the objects in it, in order.
+/// Keys of an object and of the objects in it, in order, but for those of timings: each backend has kernels of its own.
 fn keys(value: &Value) -> Vec<String> {
     let inner = |(key, value): (&String, &Value)| {
-        let below = keys(value).into_iter().map(|below| format!("{key}.{below}"));
+        let below = keys(value).into_iter().filter(|_| key != "timings").map(|below| format!("{key}.{below}"));
         [key.clone()].into_iter().chain(below).collect::<Vec<_>>()
     };
     value.as_object().into_iter().flatten().flat_map(inner).collect()
@@ -184,6 +184,13 @@ fn program(device: &'static Device) -> Outcome {
         assert_eq!(cpu.2[same], gpu.2[same], "{same}");
     }
     assert!(gpu.2["host_overhead_s"].as_f64().unwrap() <= gpu.2["loop_s"].as_f64().unwrap());
+    let timings = gpu.2["timings"].as_object().unwrap();
+    assert_eq!(timings.is_empty(), !device.has_clock(), "{timings:?}");
+    let kernels = ["element_force", "node_update", "projectile_contact", "energy_balance"];
+    for kernel in kernels.iter().filter(|_| device.has_clock()) {
+        let share = timings[*kernel]["share"].as_f64().unwrap();
+        assert!(share > 0.0 && share < 1.0, "{kernel}: {timings:?}");
+    }
     assert!(gpu.3.contains(&format!("gpu, {}, f32", device.name())) && cpu.3.contains(", f64"), "{}", gpu.3);
     Ok(())
 }

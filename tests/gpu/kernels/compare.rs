@@ -216,7 +216,7 @@ impl<'a> Pair<'a> {
         self.gpu.download(0, &self.scene.model, &mut got).map_err(|e| e.to_string())?;
         // Strains of the last step, which a run never needs.
         let (yarns, columns) = (self.read(BufferId::Yarns)?, self.scene.model.grid.columns);
-        let elements = self.gpu.sizes().elements as usize;
+        let elements = self.gpu.sizes.elements as usize;
         let (first, slot) = (got.elements.fields - element::STRAIN, 2 + 2 * ((self.expected.step as usize + 1) % 2));
         for (at, yarn) in (0..elements).flat_map(|at| [(at, 0), (at, 1)]) {
             let strain = f32::from_bits(yarns[(slot + yarn) * elements + at]);

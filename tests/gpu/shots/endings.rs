@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use ripstop::case::{Case, ContactSampling};
 use ripstop::gpu::{Device, adapters, device};
 use ripstop::run::checkpoint::{Checkpoint, Checkpointable, Header};
+use ripstop::run::device::DeviceSimulation;
 use ripstop::run::{self, Observer, Options, Outcome as Fate, Run, RunError, Simulation, Skips};
 use tempfile::TempDir;
 
@@ -22,7 +23,7 @@ pub(super) const TESTS: Tests = &[
     ("a_run_ends_with_its_outcome_as_on_the_processor", decided),
     ("debris_ahead_does_not_keep_a_shot_undecided", debris),
     ("a_run_goes_on_bit_by_bit_from_random_times", resumed),
-    ("a_checkpoint_that_does_not_fit_is_refused", checkpoints),
+    ("a_checkpoint_that_does_not_fit_is_refused_and_timings_are_kept", checkpoints),
     ("a_device_lost_in_mid_run_leaves_the_history_so_far", lost),
 ];
 
@@ -209,6 +210,16 @@ fn checkpoints(device: &'static Device) -> Outcome {
     let from = |case: &Case, options: Options<'_>| found(options.resume(&checkpoint).run(case).map(drop));
     assert_eq!(from(&case, Options::default()), "Cpu(F64)");
     assert!(from(&pack(), options(device)).starts_with("one that computes something else"));
+    let mut simulation = begun(device, &case, Skips::default()).with_batch(10);
+    (0..4).for_each(|_| simulation.advance(&case));
+    simulation.settle(&case);
+    let path = saved.folder.path().join("timed");
+    simulation.save(&saved.header, &[], &mut File::create(&path).unwrap()).unwrap();
+    // Long enough for all that was timed.
+    let before = simulation.into_run(1e9).kernel_seconds;
+    let resumed = DeviceSimulation::resume(&case, device, &Checkpoint::open(&path).unwrap());
+    assert_eq!(resumed.unwrap_or_else(|e| panic!("{e}")).into_run(1e9).kernel_seconds, before);
+    assert_eq!(before.is_empty(), !device.has_clock());
     Ok(())
 }
 

@@ -117,7 +117,7 @@ fn add(sums: &[u32], which: usize) -> f64 {
 impl Pair<'_> {
     /// Sums and body of a sample.
     fn sample(&self, slot: usize) -> Result<(Vec<u32>, Vec<u32>), String> {
-        let (mut words, size) = (self.read(BufferId::Samples)?, self.gpu.sizes().sample_words());
+        let (mut words, size) = (self.read(BufferId::Samples)?, self.gpu.sizes.sample_words());
         words.drain(..slot * size);
         words.truncate(size);
         let rest = words.split_off(size - BODY_WORDS - STATUS_WORDS);
