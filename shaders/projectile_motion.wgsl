@@ -110,7 +110,7 @@ fn body_inertia() -> array<f32, 6> {
     let side = rotate(body.orientation, vec3<f32>(1.0, 0.0, 0.0));
     let axis = rotate(body.orientation, vec3<f32>(0.0, 0.0, 1.0));
     let scale = 1.0 / squared(scene.body_bounding_radius);
-    // What x and z have more than y, for which the rest is the same in every direction.
+    // Excess of x and z over y; the rest is the same in every direction.
     let across = scene.body_inertia_y * scale;
     let more_x = (scene.body_inertia_x - scene.body_inertia_y) * scale;
     let more_z = (scene.body_inertia_z - scene.body_inertia_y) * scale;

@@ -27,7 +27,7 @@ use crate::run::outcome::Outcome;
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = concat!(include_str!("playback.js"), include_str!("values.js"));
 
-/// The page. With an animation of less than two keyframes it has neither playback nor maps.
+/// The page. With less than two keyframes it has no playback.
 pub fn report(case: &Case, run: &Run, summary: &Value, animation: &Animation) -> String {
     let animation = animation.shown();
     let animation = Some(&animation).filter(|animation| animation.keyframes.len() > 1);

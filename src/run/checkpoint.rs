@@ -116,7 +116,7 @@ pub struct CheckpointError {
     pub path: String,
     /// Expectation.
     pub expected: String,
-    /// What is there.
+    /// Finding.
     pub found: String,
     /// Advice.
     pub help: String,
@@ -229,7 +229,7 @@ impl Checkpoint {
     }
 }
 
-/// Contents of a file. LZ4 expands at most 255 times, so that no file asks for memory without bound.
+/// Uncompressed contents of a file. LZ4 expands at most 255 times, so that no file asks for memory without bound.
 fn unpacked(packed: &[u8]) -> io::Result<Vec<u8>> {
     let mut contents = Vec::new();
     FrameDecoder::new(packed).read_to_end(&mut contents)?;
