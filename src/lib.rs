@@ -62,8 +62,8 @@
 //! gpu       the same step on a graphics processor
 //! run       the host loop of both, outcome, history, frames, checkpoints
 //! output    files: results, checks, plots, report, frames for ParaView
-//! study     many runs: benchmark, verification, validation, comparison, ballistic limits
-//! cli       the commands
+//! study     many runs: benchmark, sweeps, ballistic limits
+//! cli       the commands, in the program alone
 //! ```
 //!
 //! - Only [`case`] knows keys and textile units.
