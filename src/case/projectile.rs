@@ -148,7 +148,7 @@ choices! {
     }
 }
 
-/// Geometry of a projectile, lengths in metres; its keys are [`ShapeKeys`].
+/// Geometry of a projectile, lengths in metres; its keys are `ShapeKeys`.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(tag = "shape", rename_all = "snake_case")]
 #[non_exhaustive]

@@ -17,6 +17,8 @@ const POINTS: usize = 121;
 /// Stretch up to which a cell is drawn whose yarns do not break [-].
 const FAR: f64 = 1.1;
 
+/// A quantity of the history under its name.
+type HistoryCurve = (&'static str, fn(&Sample) -> f64);
 /// A line under its name.
 type Line = (String, Vec<[f64; 2]>);
 
@@ -108,7 +110,7 @@ pub(super) fn plies(run: &Run) -> Option<Figure> {
 
 /// Energies and their sum.
 pub(super) fn energy(run: &Run) -> Figure {
-    let mut curves: Vec<(&str, fn(&Sample) -> f64)> = vec![
+    let curves: [HistoryCurve; 9] = [
         ("projectile", |row| row.balance.projectile),
         ("fabric, kinetic", |row| row.balance.kinetic),
         ("fabric, internal", |row| row.balance.internal),
@@ -119,7 +121,7 @@ pub(super) fn energy(run: &Run) -> Figure {
         ("shock viscosity", |row| row.balance.viscous),
         ("ply separation", |row| -row.balance.separation),
     ];
-    curves.retain(|(_, of)| run.history.iter().any(|row| of(row) != 0.0));
+    let curves: Vec<_> = curves.iter().filter(|(_, of)| run.history.iter().any(|row| of(row) != 0.0)).collect();
     let sum = |row: &Sample| curves.iter().map(|(_, of)| of(row)).sum::<f64>();
     let top = run.history.iter().map(sum).filter(|x| x.is_finite()).fold(0.0, f64::max);
     let lines: Vec<Line> = curves.iter().map(|(name, of)| line(name, &run.history, of)).collect();

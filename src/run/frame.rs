@@ -5,7 +5,7 @@
 //!
 //! N frames lie evenly between the start and the end of a run, both included. The end of a run is not known before it comes: frames
 //! are taken more often than asked for. Each time there are twice as many as asked for, every second one is given up, and those to
-//! come lie twice as far apart. So at any time between half and all of twice as many lie evenly from the start on, and [`even`] chooses
+//! come lie twice as far apart. So at any time between half and all of twice as many lie evenly from the start on, and `even` chooses
 //! from them.
 
 use std::collections::BTreeMap;

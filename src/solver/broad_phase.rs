@@ -396,7 +396,7 @@ mod tests {
                 for first in (0..=mesh.rows).step_by(ROWS) {
                     let (rows, columns) = (first..(first + ROWS).min(mesh.rows + 1), 1..mesh.columns + 1);
                     let over = &mut over[rows.start * across..rows.end * across];
-                    let mut pass = |kernels: &Box<dyn RowKernels<S>>| {
+                    let mut pass = |kernels: &dyn RowKernels<S>| {
                         let (rows, columns, mut found) = (rows.clone(), columns.clone(), FoundContacts::default());
                         kernels.broad_phase(&mut SearchPart {
                             search,
@@ -407,8 +407,8 @@ mod tests {
                         });
                         found.candidates
                     };
-                    let candidates = pass(&kernels[0]);
-                    assert!(kernels.iter().all(|other| pass(other) == candidates), "registers differ");
+                    let candidates = pass(&*kernels[0]);
+                    assert!(kernels.iter().all(|other| pass(&**other) == candidates), "registers differ");
                     assert!(candidates.is_sorted() && candidates.windows(2).all(|pair| pair[0] != pair[1]));
                     counts[0] += candidates.len() as f64;
                     for (row, column) in rows.clone().flat_map(|row| columns.clone().map(move |column| (row, column))) {

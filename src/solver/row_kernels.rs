@@ -20,7 +20,7 @@ pub trait RowKernels<S: Scalar>: Send + Sync {
     /// Motion of a part of a row of nodes; see [`node_update`].
     fn nodes(&self, pass: &NodePass<'_, S>, node: &mut NodeRow<'_, S>) -> NodeTotals;
 
-    /// Candidates of a part of a search; see [`broad_phase`].
+    /// Candidates of a part of a search; see `broad_phase`.
     fn broad_phase(&self, part: &mut SearchPart<'_, S>);
 }
 
