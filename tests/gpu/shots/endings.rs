@@ -208,7 +208,7 @@ fn checkpoints(device: &'static Device) -> Outcome {
         other => panic!("{other:?}"),
     };
     let from = |case: &Case, options: Options<'_>| found(options.resume(&checkpoint).run(case).map(drop));
-    assert_eq!(from(&case, Options::default()), "Cpu(F64)");
+    assert_eq!(from(&case, Options::default()), "cpu, f64");
     assert!(from(&pack(), options(device)).starts_with("one that computes something else"));
     let mut simulation = begun(device, &case, Skips::default()).with_batch(10);
     (0..4).for_each(|_| simulation.advance(&case));
