@@ -46,7 +46,7 @@ pub(super) fn parse(text: &str) -> Result<Change, CaseError> {
     }
 }
 
-/// Whether a text can be a pointer to a key.
+/// Whether a text has the form of a JSON pointer to a key.
 fn is_pointer(text: &str) -> bool {
     text.starts_with('/') && !text.ends_with('/') && !text.contains("//")
 }

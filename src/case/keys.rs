@@ -90,7 +90,7 @@ macro_rules! choices {
 
         impl $name {
             /// The word of the case file.
-            #[allow(dead_code, unreachable_pub, reason = "of some choices nobody asks")]
+            #[allow(dead_code, unreachable_pub, reason = "some choices are read alone")]
             pub fn word(self) -> &'static str {
                 match self {
                     $(Self::$variant => $word,)+
