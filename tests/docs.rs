@@ -7,6 +7,8 @@
 
 mod commands;
 mod lists;
+#[path = "../examples/measured.rs"]
+mod measured;
 #[path = "../examples/one_shot.rs"]
 mod one_shot;
 mod page;
@@ -24,10 +26,11 @@ pub(crate) use page::hold;
 /// Lines of the README at most.
 const README_LINES: usize = 120;
 /// Generated parts: by the command of their name, and by tests that compute the same anyway and call [`hold`].
-const GENERATED: [&str; 3] = [
+const GENERATED: [&str; 4] = [
     "ripstop schema --markdown",
     "coverage of intervals, 6000 synthetic ranges",
     "coverage of intervals from thresholds, 10 000 synthetic campaigns",
+    "measured limits",
 ];
 
 #[test]
@@ -96,4 +99,25 @@ fn the_velocity_sweep_runs() {
 #[test]
 fn the_unit_cell_runs() {
     unit_cell::main().unwrap();
+}
+
+/// Rows whose brackets are shot again: six shots, some seconds.
+#[test]
+fn measured_limits_are_those_of_their_page() {
+    let rows = measured::rows().unwrap();
+    hold(GENERATED[3], &measured::table(&rows));
+    let picture = measured::picture(&rows);
+    match page::is_update() {
+        true => fs::write(measured::PICTURE, picture).unwrap(),
+        false => assert!(fs::read_to_string(measured::PICTURE).unwrap() == picture, "{}", measured::PICTURE),
+    }
+    assert!(rows.len() >= 15);
+    for (name, woven) in [("S-720, 1 ply", 0), ("KM2 S-706, 4 plies, 2-grain", 0), ("KM2 S-706, 4 plies, 2-grain", 1)] {
+        let row = rows.iter().find(|row| row.name.starts_with(name)).unwrap();
+        let case = row.case([1.0, measured::AS_WOVEN][woven]).unwrap();
+        for (velocity, outcome) in row.computed_m_s[woven].unwrap().into_iter().zip(["stopped", "perforated"]) {
+            let run = case.with("/projectile/velocity_m_s", velocity).unwrap().run().unwrap();
+            assert_eq!(run.outcome.word(), outcome, "{} at {velocity} m/s", row.name);
+        }
+    }
 }

@@ -1,0 +1,231 @@
+//! Measured limits beside computed ones: rows of `cases/measured/limits.json`, for yarns as published and as woven.
+//!
+//! `cargo run --release --example measured [PART OF A NAME]` computes the rows, or those with that part in their name, and writes what
+//! it found into that file, into the book and its picture. All rows take hours on two cores, for packs of up to 62 plies are among them.
+#![allow(clippy::print_stdout, reason = "an example prints")]
+
+use std::error::Error;
+use std::fs;
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+use std::thread::available_parallelism;
+
+use ripstop::case::{self, Case};
+use ripstop::output::{Folder, write_whole};
+use ripstop::run::Precision;
+use ripstop::study::batch::BatchOptions;
+use ripstop::study::v50::{self, V50Request};
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+
+/// Folder of the rows.
+const FOLDER: &str = "cases/measured";
+/// Page of the book, and where its table stands.
+const PAGE: &str = "docs/src/measured.md";
+const START: &str = "<!-- generated: measured limits -->\n";
+const END: &str = "<!-- /generated -->";
+/// Its picture.
+pub(crate) const PICTURE: &str = "docs/src/measured.svg";
+/// Failure strain of a fibre out of woven cloth over that of a virgin one: KM2, Cheng, Chen and Weerasooriya (2005), read second-hand.
+pub(crate) const AS_WOVEN: f64 = 0.785;
+/// Width of a bracket over its lower end.
+const BRACKET: f64 = 0.02;
+
+/// A measurement, and the limits computed for it.
+#[derive(Serialize, Deserialize)]
+pub(crate) struct Row {
+    pub(crate) name: String,
+    /// Case file, from the folder of the rows, and its changes by pointer.
+    case: String,
+    set: Map<String, Value>,
+    /// `v50`: a limit that was shot; `curve`: a limit on a curve through shots; `stopped`, `perforated`: one shot.
+    kind: String,
+    /// Limit or velocity of the shot [m/s].
+    measured_m_s: f64,
+    source: String,
+    read: String,
+    /// Highest stop and lowest perforation [m/s], of yarns as published and as woven.
+    #[serde(default)]
+    pub(crate) computed_m_s: [Option<[f64; 2]>; 2],
+}
+
+impl Row {
+    /// Case of this row with that part of the published failure strain.
+    ///
+    /// # Errors
+    /// When the case does not allow it.
+    pub(crate) fn case(&self, retention: f64) -> Result<Case, Box<dyn Error>> {
+        let mut sets: Vec<String> = self.set.iter().map(|(pointer, value)| format!("{pointer}={value}")).collect();
+        sets.extend(["warp", "weft"].map(|yarn| format!("/fabric/{yarn}/strength_retention={retention}")));
+        Ok(case::read(&Path::new(FOLDER).join(&self.case), &sets)?)
+    }
+
+    fn limit(&self, retention: f64) -> Result<[f64; 2], Box<dyn Error>> {
+        let threads = available_parallelism()?.get();
+        let (interrupt, folder) = (AtomicBool::new(false), tempfile::TempDir::new()?);
+        let options = BatchOptions {
+            seed: 0,
+            threads,
+            threads_per_shot: threads,
+            precision: Precision::F64,
+            device: None,
+            interrupt: &interrupt,
+            resume: false,
+            progress: &|_, _| {},
+        };
+        let request = V50Request { count: 1, until_width: None, bracket: BRACKET, refined: 0, level: 0.9 };
+        let folder = Folder::prepare_for(folder.path(), v50::FILES, &[])?;
+        let mut found = v50::run(&self.case(retention)?, &request, &options, &folder)?;
+        Ok(found.thresholds.remove(0)?)
+    }
+
+    /// Computed over measured limit [-]; of one shot that perforated at least that, of one that was stopped nothing.
+    fn ratio(&self, woven: usize) -> Option<f64> {
+        let computed = self.computed_m_s[woven].map(v50::middle)?;
+        (self.kind != "stopped").then_some(computed / self.measured_m_s)
+    }
+}
+
+/// Rows of the file.
+///
+/// # Errors
+/// When it cannot be read.
+pub(crate) fn rows() -> Result<Vec<Row>, Box<dyn Error>> {
+    Ok(serde_json::from_str(&fs::read_to_string(Path::new(FOLDER).join("limits.json"))?)?)
+}
+
+/// Number of ratios, their geometric mean, the standard deviation of their logarithm, the least and the largest.
+pub(crate) fn scatter(ratios: &[f64]) -> (usize, [f64; 4]) {
+    let count = ratios.len() as f64;
+    let mean = ratios.iter().map(|ratio| ratio.ln()).sum::<f64>() / count;
+    let squares: f64 = ratios.iter().map(|ratio| (ratio.ln() - mean).powi(2)).sum();
+    let [least, largest] = [f64::min, f64::max].map(|of| ratios.iter().copied().reduce(of).unwrap_or(f64::NAN));
+    (ratios.len(), [mean.exp(), (squares / (count - 1.0)).sqrt(), least, largest])
+}
+
+/// Table of the book.
+pub(crate) fn table(rows: &[Row]) -> String {
+    let mut out =
+        "| computed over measured | rows | geometric mean | scatter | from | to |\n|---|---|---|---|---|---|\n"
+            .to_owned();
+    for (words, kinds) in [("all", "v50 curve perforated"), ("limits that were shot, and one shot", "v50 perforated")] {
+        for (woven, yarns) in ["yarns as published", "failure strain × 0.785"].iter().enumerate() {
+            let counted = rows.iter().filter(|row| kinds.contains(&row.kind));
+            let (count, [mean, scatter, least, largest]) =
+                scatter(&counted.filter_map(|row| row.ratio(woven)).collect::<Vec<_>>());
+            out += &format!(
+                "| {words}, {yarns} | {count} | {mean:.2} | {:.0} % | {least:.2} | {largest:.2} |\n",
+                100.0 * scatter
+            );
+        }
+    }
+    out += "\n| fabric, pack, projectile | measured m/s | computed m/s | ratio | computed × 0.785 | ratio | measured by |\n|---|---|---|---|---|---|---|\n";
+    for row in rows {
+        let kind = match row.kind.as_str() {
+            "v50" => "V50, ",
+            "curve" => "value of a curve, ",
+            "stopped" => "stopped, ",
+            _ => "perforated, ",
+        };
+        let cells = [0, 1].map(|woven| {
+            let limit =
+                row.computed_m_s[woven].map_or("not computed".to_owned(), |limit| format!("{:.0}", v50::middle(limit)));
+            let least = if row.kind == "perforated" { "over " } else { "" };
+            format!("{limit} | {}", row.ratio(woven).map_or(String::new(), |ratio| format!("{least}{ratio:.2}")))
+        });
+        out += &format!(
+            "| {} | {kind}{} | {} | {}, {} |\n",
+            row.name,
+            row.measured_m_s,
+            cells.join(" | "),
+            row.source,
+            row.read
+        );
+    }
+    out
+}
+
+/// Picture of the book: computed over measured limits on logarithmic axes from 100 to 1000 m/s.
+pub(crate) fn picture(rows: &[Row]) -> String {
+    const SIZE: f64 = 480.0;
+    let at = |velocity: f64| 60.0 + 400.0 * (velocity / 100.0).log10();
+    let place = |[x, y]: [f64; 2]| [at(x), SIZE - at(y) + 20.0];
+    let mut out = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {SIZE} {SIZE}\" width=\"{SIZE}\" height=\"{SIZE}\" \
+         font-family=\"sans-serif\" font-size=\"12\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n"
+    );
+    let mut line = |[a, b]: [[f64; 2]; 2], style: &str| {
+        let ([x1, y1], [x2, y2]) = (place(a), place(b));
+        out +=
+            &format!("<line x1=\"{x1:.1}\" y1=\"{y1:.1}\" x2=\"{x2:.1}\" y2=\"{y2:.1}\" stroke=\"#888\" {style}/>\n");
+    };
+    for velocity in [100.0, 200.0, 400.0, 700.0, 1000.0] {
+        line([[velocity, 100.0], [velocity, 1000.0]], "stroke-opacity=\"0.25\"");
+        line([[100.0, velocity], [1000.0, velocity]], "stroke-opacity=\"0.25\"");
+    }
+    line([[100.0, 100.0], [1000.0, 1000.0]], "");
+    for factor in [0.8, 1.25] {
+        let [low, high] = [100.0 * f64::max(1.0, 1.0 / factor), 1000.0 * f64::min(1.0, 1.0 / factor)];
+        line([[low, factor * low], [high, factor * high]], "stroke-dasharray=\"4 4\"");
+    }
+    let mut words = |x: f64, y: f64, more: &str, words: &str| {
+        out += &format!("<text x=\"{x:.1}\" y=\"{y:.1}\" fill=\"#222\" {more}>{words}</text>\n");
+    };
+    for velocity in [100.0, 200.0, 400.0, 700.0, 1000.0] {
+        let [x, y] = place([velocity, velocity]);
+        words(x, 456.0, "text-anchor=\"middle\"", &velocity.to_string());
+        words(54.0, y + 4.0, "text-anchor=\"end\"", &velocity.to_string());
+    }
+    words(260.0, 474.0, "text-anchor=\"middle\"", "measured limit [m/s]");
+    words(16.0, 240.0, "text-anchor=\"middle\" transform=\"rotate(-90 16 240)\"", "computed limit [m/s]");
+    words(84.0, 40.0, "", "● yarns as published   ○ failure strain × 0.785");
+    words(84.0, 58.0, "", "blue: limits that were shot, orange: values of a curve, dashed: ± 25 %");
+    for row in rows {
+        for (woven, fill) in [1.0, 0.0].iter().enumerate() {
+            if row.ratio(woven).is_none() {
+                continue;
+            }
+            let [x, y] = place([row.measured_m_s, row.computed_m_s[woven].map_or(f64::NAN, v50::middle)]);
+            let colour = if row.kind == "curve" { "#cc5a0a" } else { "#1f5fae" };
+            out += &format!(
+                "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"5\" stroke=\"{colour}\" fill=\"{colour}\" fill-opacity=\"{fill}\">\
+                 <title>{}</title></circle>\n",
+                row.name
+            );
+        }
+    }
+    out + "</svg>\n"
+}
+
+/// Rows as the file has them, one a line.
+fn text(rows: &[Row]) -> Result<String, serde_json::Error> {
+    let lines: Vec<String> =
+        rows.iter().map(|row| serde_json::to_string(row).map(|row| format!("  {row}"))).collect::<Result<_, _>>()?;
+    Ok(format!("[\n{}\n]\n", lines.join(",\n")))
+}
+
+pub(crate) fn main() -> Result<(), Box<dyn Error>> {
+    let part = std::env::args().nth(1).unwrap_or_default();
+    let mut rows = rows()?;
+    for number in 0..rows.len() {
+        if !rows[number].name.contains(&part) {
+            continue;
+        }
+        for (woven, retention) in [1.0, AS_WOVEN].into_iter().enumerate() {
+            let limit = rows[number].limit(retention)?;
+            rows[number].computed_m_s[woven] = Some(limit);
+            println!(
+                "{} × {retention}: {:.0} to {:.0} m/s, measured {}",
+                rows[number].name, limit[0], limit[1], rows[number].measured_m_s
+            );
+        }
+        let file = text(&rows)?;
+        write_whole(&Path::new(FOLDER).join("limits.json"), |out| std::io::Write::write_all(out, file.as_bytes()))?;
+    }
+    fs::write(PICTURE, picture(&rows))?;
+    let page = fs::read_to_string(PAGE)?;
+    let (before, rest) = page.split_once(START).ok_or("no table in the page")?;
+    let (_, after) = rest.split_once(END).ok_or("no end of the table in the page")?;
+    fs::write(PAGE, format!("{before}{START}{}{END}{after}", table(&rows)))?;
+    Ok(())
+}
