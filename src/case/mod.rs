@@ -147,8 +147,8 @@ impl Case {
     fn complete(&mut self, record: &Provenance) -> Result<(), CaseError> {
         self.fabric.complete("/fabric", record)?;
         self.projectile.as_mut().map_or(Ok(()), |projectile| projectile.complete(record))?;
-        let (variability, projectile) = (self.variability.as_ref(), self.projectile.as_ref());
-        variability.map_or(Ok(()), |variability| variability.check(projectile))?;
+        let (variability, projectile) = (self.variability.as_mut(), self.projectile.as_ref());
+        variability.map_or(Ok(()), |variability| variability.complete(projectile, record))?;
         self.complete_pack(record)?;
         self.complete_end(record)?;
         self.output.check()?;
