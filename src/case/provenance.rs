@@ -53,7 +53,7 @@ pub(super) fn is_assumed(source: &str) -> bool {
     source.starts_with("assumed")
 }
 
-/// Fields of a case in the making.
+/// Fields of a case that is being read.
 pub(super) struct Provenance {
     /// The case's `sources`: pointer and text.
     sources: Vec<(String, String)>,
@@ -157,7 +157,7 @@ impl Provenance {
         }
     }
 
-    /// Contents of the fields recorded earlier at or below a pointer.
+    /// Fields recorded earlier at or below a pointer.
     fn below<T>(&self, above: &str, of: impl Fn(&Field) -> T) -> Vec<T> {
         self.fields.borrow().iter().filter(|field| is_at_or_below(&field.pointer, above)).map(of).collect()
     }

@@ -1,7 +1,7 @@
 //! Variability from shot to shot, and the case of one shot.
 //!
 //! A case with `variability` and no `shot` is the nominal one: nothing varies, and nothing costs time. With a `shot` its values are drawn
-//! and put in the places of the nominal ones, as if they were written there; only the strength of yarns, of which there is one for
+//! and replace the nominal ones, as if they were written there; only the strength of yarns, of which there is one for
 //! each element, is left to the model. Draws are a function of seed and shot, see [`random`](crate::num::random).
 
 use schemars::JsonSchema;
@@ -122,7 +122,7 @@ choices! {
 /// Strength of yarns: Weibull's distribution along them, and another one between them.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 pub struct YarnStrength {
-    /// Weibull's shape m along a yarn; large: even.
+    /// Weibull's shape m along a yarn; the larger, the less the strength varies.
     #[schemars(range(min = 1, max = 1000), extend("help" = "Kevlar 49 yarn has 8 to 22, by gauge length"))]
     pub shape: f64,
     /// Length of the yarns whose mean failure strain is the fabric's failure_strain; a shorter piece is stronger [m].
@@ -136,7 +136,7 @@ pub struct YarnStrength {
     pub shortest_gauge: f64,
     /// Weibull's shape of the distribution of whole yarns about mean 1.
     ///
-    /// Left out: yarns do not differ but along their length.
+    /// Left out: yarns differ along their length only.
     #[schemars(range(min = 1, max = 1000))]
     pub yarn_shape: Option<f64>,
 }
