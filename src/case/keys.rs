@@ -8,6 +8,7 @@
 //! - `only`: the values of another key beside which it belongs; `with`: a key that must be given beside it;
 //! - `at_most`: another key, whose value is the largest;
 //! - `group`: a name that it shares with others, of which exactly one is given;
+//! - `own_source`: that it is assumed where only its object has a source;
 //! - `help`: what to say of a value out of range; `none`: the word that stands for no object.
 
 use std::f64::consts::PI;

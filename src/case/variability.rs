@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 
 use super::error::short_number_text;
 use super::keys::choices;
+use super::provenance::Provenance;
 use super::{Case, CaseError, Fabric, Projectile};
 use crate::num::link::Link;
 use crate::num::random::DrawKey;
@@ -127,6 +128,12 @@ pub struct YarnStrength {
     /// Length of the yarns whose mean failure strain is the fabric's failure_strain; a shorter piece is stronger [m].
     #[schemars(rename = "gauge_length_mm", range(min = 0.01, max = 1e5))]
     pub gauge_length: f64,
+    /// Shortest length that was tested: a shorter piece is no stronger [m].
+    ///
+    /// Otherwise: 25 mm (assumed), or gauge_length_mm where that is shorter.
+    #[serde(default)]
+    #[schemars(rename = "shortest_gauge_mm", range(min = 0.01, max = 1e5), extend("at_most" = "gauge_length_mm"))]
+    pub shortest_gauge: f64,
     /// Weibull's shape of the distribution of whole yarns about mean 1.
     ///
     /// Left out: yarns differ along their length only.
@@ -154,6 +161,8 @@ const CRIMP: u32 = 5;
 /// Stream of the velocity that `ripstop shots --velocity A..B` draws.
 pub(crate) const RANGE_STREAM: u32 = 6;
 
+/// Shortest gauge length of tested yarns, where none is given [m].
+const SHORTEST_GAUGE: f64 = 25e-3;
 /// Degrees in a radian.
 const DEGREES: f64 = 180.0 / std::f64::consts::PI;
 
@@ -177,8 +186,12 @@ impl Scattered {
 }
 
 impl Variability {
-    /// Refuses scatter of a flight without the body that flies.
-    pub(super) fn check(&self, projectile: Option<&Projectile>) -> Result<(), CaseError> {
+    /// Completes the strength of yarns; refuses scatter of a flight without the body that flies.
+    pub(super) fn complete(&mut self, projectile: Option<&Projectile>, record: &Provenance) -> Result<(), CaseError> {
+        if let Some(YarnStrength { gauge_length, shortest_gauge, .. }) = &mut self.yarn_strength {
+            let shortest = SHORTEST_GAUGE.min(*gauge_length);
+            record.fill("/variability/yarn_strength/shortest_gauge_mm", shortest_gauge, shortest, "", true);
+        }
         let in_flight = [
             ("hit", self.hit == HitPlace::UnitCell),
             ("velocity", self.velocity.is_some()),

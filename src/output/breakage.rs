@@ -33,6 +33,11 @@ impl Breakage {
         self.at_hit + self.at_edges + self.elsewhere
     }
 
+    /// Whether the fabric tore off its frame rather than broke at the hit.
+    pub fn is_torn_off(&self) -> bool {
+        self.torn_off > self.at_hit
+    }
+
     /// Broken yarns of a run of a case.
     pub fn of(case: &Case, run: &Run) -> Self {
         let layers = case.layers();

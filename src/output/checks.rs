@@ -337,7 +337,7 @@ fn frame(case: &Case, run: &Run) -> Check {
     ];
     let value = grouped(broken.torn_off as u64);
     let message = format!("{value} pieces of yarn broke at the edges, {} at the hit", grouped(broken.at_hit as u64));
-    let check = Check::new("broken at the edges", value, look_if(broken.torn_off > broken.at_hit), reasons);
+    let check = Check::new("broken at the edges", value, look_if(broken.is_torn_off()), reasons);
     check.warned(8, broken.torn_off as f64, broken.at_hit as f64, message)
 }
 

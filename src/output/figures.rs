@@ -159,12 +159,12 @@ pub(super) fn unit_cell(case: &Case) -> Option<Figure> {
     let yarns = [&fabric.warp, &fabric.weft];
     let stretched = yarns.iter().position(|yarn| yarn.present)?;
     let [along, across] = if stretched == 0 { ["warp", "weft"] } else { ["weft", "warp"] };
-    let far = ((1.0 + yarns[stretched].crimp) * (1.0 + yarns[stretched].failure_strain)).min(FAR);
+    let breaking = yarns.map(|yarn| yarn.breaking_strain().unwrap_or(1.0));
+    let far = ((1.0 + yarns[stretched].crimp) * (1.0 + breaking[stretched])).min(FAR);
     let stretches: Vec<f64> = (0..POINTS).map(|n| 1.0 + (far - 1.0) * n as f64 / (POINTS - 1) as f64).collect();
     let [warp, weft] = if stretched == 0 { [&stretches[..], &[1.0]] } else { [&[1.0], &stretches[..]] };
     let mut curve = unit_cell_curve::solve(fabric, warp, weft);
-    let is_broken =
-        |point: &CurvePoint| (0..2).any(|i| yarns[i].present && point.cell.strain[i] >= yarns[i].failure_strain);
+    let is_broken = |point: &CurvePoint| (0..2).any(|i| yarns[i].present && point.cell.strain[i] >= breaking[i]);
     let broken = curve.iter().position(is_broken);
     curve.truncate(broken.unwrap_or(POINTS).max(2));
     let at = |point: &CurvePoint| (point.stretch[stretched] - 1.0) * 2e3 * yarns[stretched].half_span();
