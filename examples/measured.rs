@@ -26,8 +26,6 @@ const START: &str = "<!-- generated: measured limits -->\n";
 const END: &str = "<!-- /generated -->";
 /// Its picture.
 pub(crate) const PICTURE: &str = "docs/src/measured.svg";
-/// Failure strain of a fibre out of woven cloth over that of a virgin one: KM2, Cheng, Chen and Weerasooriya (2005), read second-hand.
-pub(crate) const AS_WOVEN: f64 = 0.785;
 /// Width of a bracket over its lower end.
 const BRACKET: f64 = 0.02;
 
@@ -211,7 +209,7 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
         if !rows[number].name.contains(&part) {
             continue;
         }
-        for (woven, retention) in [1.0, AS_WOVEN].into_iter().enumerate() {
+        for (woven, retention) in [1.0, v50::AS_WOVEN[0]].into_iter().enumerate() {
             let limit = rows[number].limit(retention)?;
             rows[number].computed_m_s[woven] = Some(limit);
             println!(
