@@ -10,9 +10,9 @@ use crate::run::Run;
 use crate::run::outcome::Outcome;
 use crate::solver::energy_balance::Balance;
 
-/// Energy error that practitioners accept, over the initial energy [-].
+/// Energy error that practitioners accept, over the energy exchanged [-].
 pub const ENERGY_LIMIT: f64 = 0.02;
-/// Energy by state functions that nothing accounts for, over the initial energy, above which a run is to be looked at [-].
+/// Energy by state functions that nothing accounts for, over the energy exchanged, above which a run is to be looked at [-].
 pub const GAINED_LIMIT: f64 = 0.01;
 /// Hourglass energy that practitioners accept, over the internal energy [-].
 pub const HOURGLASS_LIMIT: f64 = 0.05;
@@ -27,11 +27,11 @@ pub const CROSSOVERS_LIMIT: u32 = 1;
 pub const CELLS_LIMIT: f64 = 3.0;
 /// Errors of energy and momentum that change no figure of a result [-].
 const NEGLIGIBLE: f64 = 1e-4;
-/// Energy from nowhere above which a result is not to be used, over what was put in or what the fabric holds [-].
+/// Energy from nowhere above which a result is not to be used, over what was exchanged or what the fabric holds [-].
 const UNUSABLE: f64 = 0.1;
 /// Share of unit cells without equilibrium that no longer is a matter of a few places [-].
 const UNCONVERGED_LIMIT: f64 = 1e-6;
-/// Energy that the law itself makes or loses, over what was put in, that is to be looked at [-].
+/// Energy that the law itself makes or loses, over what was exchanged, that is to be looked at [-].
 const LAW_LIMIT: f64 = 0.05;
 /// Half the spread of the absorbed energy over meshes, steps and places in a cell near the limit and up to three times it, over
 /// the energy at the limit [-]: largest of `docs/src/objectivity.md`, by default and with the paper's numerics.
@@ -198,11 +198,9 @@ fn energy(run: &Run, warned: bool) -> Check {
 
 /// The fabric's elastic energy must lie between nothing and what there was to take it from.
 fn stored(run: &Run) -> Check {
-    let first = run.history.first().map(|row| row.balance).unwrap_or_default();
     let made = |row: &Balance| row.external.max(0.0) + row.law.max(0.0) + row.separation.max(0.0);
-    let most = |row: &Balance| first.projectile + first.kinetic + first.internal.max(0.0) + made(row);
-    let peak = run.history.iter().map(|row| most(&row.balance)).fold(0.0, f64::max);
-    let slack = GAINED_LIMIT * peak;
+    let most = |row: &Balance| run.fabric_energy + (run.impact_energy - row.projectile).max(0.0) + made(row);
+    let slack = GAINED_LIMIT * run.exchanged_energy;
     let all = || run.history.iter().map(|row| &row.balance);
     let fault = if all().any(|row| !row.internal.is_finite()) {
         Some("not a number")
@@ -329,16 +327,15 @@ fn mesh_under_hit(case: &Case, run: &Run) -> Check {
 
 /// Hold of the fabric in its frame until the outcome was decided.
 fn frame(case: &Case, run: &Run) -> Check {
-    let broken = Breakage::of(case, run);
+    let [torn, cut] = Breakage::of(case, run).torn_off;
     let reasons = [
-        "more than at the hit: the fabric tore off its frame and flew with the projectile; a slower shot may pass where this one is \
+        "more than at the hit by then: the fabric tore off its frame and flew with the projectile; a slower shot may pass where this one is \
          stopped, and in a test fabric slips in its clamps",
         "",
     ];
-    let value = grouped(broken.torn_off as u64);
-    let message = format!("{value} pieces of yarn broke at the edges, {} at the hit", grouped(broken.at_hit as u64));
-    let check = Check::new("broken at the edges", value, look_if(broken.torn_off > broken.at_hit), reasons);
-    check.warned(8, broken.torn_off as f64, broken.at_hit as f64, message)
+    let [value, at_hit] = [torn, cut].map(|count| grouped(count as u64));
+    let message = format!("{value} yarns had broken at the edges, {at_hit} at the hit");
+    Check::new("broken at the edges", value, look_if(torn > cut), reasons).warned(8, torn as f64, cut as f64, message)
 }
 
 fn newton(run: &Run) -> Check {
@@ -348,17 +345,9 @@ fn newton(run: &Run) -> Check {
     Check::new("unit cells unsolved", value, level(share, [0.0, UNCONVERGED_LIMIT]), reasons)
 }
 
-/// An energy at the end over the energy put in [-].
-fn of_given(run: &Run, energy: impl Fn(&Balance) -> f64) -> f64 {
-    let end = run.history.last().map(|row| row.balance).unwrap_or_default();
-    let start = run.history.first().map(|row| row.balance).unwrap_or_default();
-    // Pre-tension and a deflection are put in too; the first row comes after first contact.
-    let at_start = start.kinetic + start.stored + start.hourglass + start.projectile;
-    let given = run.impact_energy.max(at_start) + end.external.max(0.0);
-    match energy(&end) {
-        0.0 => 0.0,
-        energy => energy / given.max(f64::MIN_POSITIVE),
-    }
+/// An energy at the end over the energy exchanged [-].
+fn of_exchanged(run: &Run, energy: impl Fn(&Balance) -> f64) -> f64 {
+    run.history.last().map_or(0.0, |row| energy(&row.balance)) / run.exchanged_energy.max(f64::MIN_POSITIVE)
 }
 
 fn law(run: &Run) -> Check {
@@ -366,7 +355,7 @@ fn law(run: &Run) -> Check {
         "the unit-cell law gives back other energy than it takes; compare with \"law\": \"variational\"",
         "the unit-cell law made or lost so much energy that the result is not to be used; take \"law\": \"variational\"",
     ];
-    let share = of_given(run, |end| end.law).abs();
+    let share = of_exchanged(run, |end| end.law).abs();
     Check::share("energy of the unit-cell law", share, [LAW_LIMIT, UNUSABLE], reasons)
 }
 
@@ -375,7 +364,7 @@ fn separation(run: &Run) -> Check {
         "moving plies out of each other gave the fabric energy that nothing put in",
         "moving plies out of each other gave the fabric so much energy that the result is not to be used",
     ];
-    let share = of_given(run, |end| end.separation);
+    let share = of_exchanged(run, |end| end.separation);
     Check::share("energy of ply separation", share, [GAINED_LIMIT, 5.0 * GAINED_LIMIT], reasons)
 }
 

@@ -172,9 +172,11 @@ fn energy(run: &Run) -> Markup {
     let Some(energies) = Energies::of(run) else { return Markup::default() };
     let row =
         |(name, energy): &(&str, f64)| vec![cell(name), cell(energies.text(*energy)), cell(energies.percent(*energy))];
+    let from = energies.sources.iter().map(|(name, energy)| format!("{name} {}", energies.text(*energy)));
     html! {
         section id="spent" {
             h2 { "Where the energy went" }
+            p { "Given to the fabric: " (from.collect::<Vec<_>>().join(", ")) "." }
             (table("checks", &["given to the fabric", &energies.text(energies.given), ""], energies.shares.iter().map(row)))
         }
     }

@@ -144,8 +144,8 @@ pub static KINDS: [WarningKind; 8] = [
     WarningKind {
         code: "W8",
         name: "torn-off",
-        measured: "Pieces of yarn that broke at held sides of a ply; of a perforation, before the last at the hit.",
-        given: "for more than broke at the hit",
+        measured: "Yarns that broke first at held sides of a ply, at any time before the projectile was through.",
+        given: "for more than had broken at the hit by then",
         means: "The fabric tore off its frame before it broke at the hit: a fast shot may be stopped where a slower one passes.",
         help: "Take a larger pack (/pack/width_mm, /pack/height_mm) or free edges, and compare.",
     },

@@ -16,7 +16,7 @@ use crate::case::{Case, RunUntil};
 use crate::model::Model;
 use crate::num::scalar::Scalar;
 use crate::physics::rigid_body::{MirrorPlanes, RigidBody};
-use crate::solver::energy_balance::{EnergyBalance, PlyMoment};
+use crate::solver::energy_balance::{Balance, EnergyBalance, PlyMoment};
 use crate::solver::state::{Given, State};
 use crate::solver::{self, FailureEvent, StepTotals};
 
@@ -31,7 +31,7 @@ pub(crate) type Flight = (Vector3<f64>, Vector3<f64>);
 /// Record of a run so far.
 #[derive(Clone, Serialize, Deserialize)]
 pub(crate) struct RunRecord {
-    /// Results so far; residuals in newtons and counts of the part that is computed until the end.
+    /// Results so far; until the end residuals in newtons, errors of energy in joules, and counts of the part that is computed.
     pub(crate) run: Run,
     pub(crate) balance: EnergyBalance,
     /// Energy and momentum of the start, which the first sample takes.
@@ -178,6 +178,8 @@ impl RunRecord {
         let (failed, copies, dt) = (self.failed(), self.run.planes.copies(), self.run.time_step);
         if self.run.history.is_empty() {
             self.balance.begin(self.given);
+            self.run.fabric_energy = self.balance.fabric_energy() * copies as f64;
+            self.run.exchanged_energy = self.given.measurable * copies as f64;
         }
         let impulse = Vector3::from(std::mem::take(&mut self.balance.contact_impulse));
         let impulse = self.run.planes.whole(impulse);
@@ -210,9 +212,12 @@ impl RunRecord {
         }
         self.deflections.sample(plies);
         let run = &mut self.run;
-        run.energy_error = run.energy_error.max(balance.error.abs());
-        if balance.gained.abs() > run.energy_gained.abs() {
-            run.energy_gained = balance.gained;
+        let Balance { error, gained, projectile, external, .. } = row.balance;
+        let exchanged = run.fabric_energy + (run.impact_energy - projectile).abs() + external.abs();
+        run.exchanged_energy = run.exchanged_energy.max(exchanged);
+        run.energy_error = run.energy_error.max(error.abs());
+        if gained.abs() > run.energy_gained.abs() {
+            run.energy_gained = gained;
         }
         run.momentum_error = run.momentum_error.max(balance.momentum_error);
         if plies.len() > 1 {
@@ -286,6 +291,9 @@ impl RunRecord {
             run.rebound_velocity = tracker.rebound_velocity;
         }
         run.hourglass_fraction = if internal > 0.0 { hourglass / internal } else { 0.0 };
+        let exchanged = run.exchanged_energy.max(f64::MIN_POSITIVE);
+        let errors = run.history.iter_mut().flat_map(|row| [&mut row.balance.error, &mut row.balance.gained]);
+        errors.chain([&mut run.energy_error, &mut run.energy_gained]).for_each(|error| *error /= exchanged);
         run.newton.max_residual /= weakest;
         run.newton.mean_iterations = self.evaluations[0] / self.evaluations[1].max(1.0);
         run.newton.unconverged *= run.planes.copies();
