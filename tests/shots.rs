@@ -56,9 +56,9 @@ fn a_pretension_of_nothing_is_none() {
     };
     let without = history("/pack/friction=0.2");
     for forces in [r#"{"warp_n_per_m": 0, "weft_n_per_m": 0}"#, r#"{"warp_n_per_m": 0}"#, r#"{"weft_n_per_m": 0.0}"#] {
-        assert_eq!(history(&format!("/pack/pretension={forces}")), without, "{forces}");
+        assert!(history(&format!("/pack/pretension={forces}")) == without, "{forces}");
     }
-    assert_ne!(history(r#"/pack/pretension={"warp_n_per_m": 1000}"#), without);
+    assert!(history(r#"/pack/pretension={"warp_n_per_m": 1000}"#) != without);
 }
 
 #[test]

@@ -79,6 +79,12 @@ impl Breakage {
     }
 }
 
+/// Distance of the hit from the nearest clamped side of any ply [m].
+pub(super) fn clearance(case: &Case) -> f64 {
+    let aim = case.projectile.as_ref().map_or([0.0; 2], |p| p.offset);
+    case.layers().iter().map(|layer| PlyLayout::new(case, layer).to_clamp(aim)).fold(f64::INFINITY, f64::min)
+}
+
 /// Time from which on what breaks decides nothing: the projectile has lost nearly all it will lose to the pack that it perforates [s].
 fn through(run: &Run) -> f64 {
     let lost = |row: &Sample| run.impact_energy - row.balance.projectile;
@@ -139,6 +145,16 @@ impl PlyLayout {
     fn to_side(&self, element: [usize; 2]) -> f64 {
         let inwards = |axis: usize| self.half_size[axis] - self.middles[axis][element[axis]].abs();
         inwards(0).min(inwards(1))
+    }
+
+    /// Distance of a place in the pack's plane from the nearest clamped side of the ply, less than nothing beyond it [m].
+    fn to_clamp(&self, [x, y]: [f64; 2]) -> f64 {
+        let [c, s] = self.turn;
+        let at = [c * x + s * y, c * y - s * x];
+        let sides = [0, 1].into_iter().flat_map(|axis| [0, 1].map(|end| (axis, end)));
+        let clamped = sides.filter(|(axis, end)| self.sides[*axis][*end] == Edge::Clamped);
+        let inwards = |(axis, end): (usize, usize)| self.half_size[axis] + at[axis] * [1.0, -1.0][end];
+        clamped.map(inwards).fold(f64::INFINITY, f64::min)
     }
 
     /// Whether an element begins near a side of the ply that `counts`. The outermost always does, however long it is.

@@ -1,9 +1,9 @@
 //! Checks of a run: each number, its limits, and what that means for the result. One table for the terminal, `summary.json` and the report.
 
-use super::breakage::Breakage;
+use super::breakage::{Breakage, clearance};
 use super::number::{fraction, grouped, short};
 use super::summary::{residual_velocity, verdict};
-use super::warnings::{Warning, assumed, mass, warning};
+use super::warnings::{Warning, areal_density, assumed, mass, warning};
 use crate::case::{Case, ContactSampling, Motion, Numerics, Shape};
 use crate::physics::projectile_body::Body;
 use crate::run::Run;
@@ -86,7 +86,7 @@ pub fn checks(case: &Case, run: &Run) -> Vec<Check> {
     if case.projectile.is_some() {
         all.push(penetration(case, run));
         all.extend(width(case));
-        all.extend([mesh_under_hit(case, run), frame(case, run)]);
+        all.extend([aim(case, run), mesh_under_hit(case, run), frame(case, run)]);
     }
     all.extend((run.plies > 1).then(|| ply_penetration(case, run)));
     all.extend([newton(run), law(run)]);
@@ -103,7 +103,8 @@ pub fn case_warnings(case: &Case) -> Vec<Warning> {
 /// Warnings after a run, in order of code.
 pub fn warnings(case: &Case, checks: &[Check]) -> Vec<Warning> {
     let found = checks.iter().filter_map(|check| check.warning.clone());
-    let mut all: Vec<Warning> = assumed(case).into_iter().chain(mass(case)).chain(found).collect();
+    let mut all: Vec<Warning> =
+        assumed(case).into_iter().chain(mass(case)).chain(areal_density(case)).chain(found).collect();
     all.sort_by_key(|warning| warning.kind.code);
     all
 }
@@ -293,9 +294,12 @@ fn mesh_under_hit(case: &Case, run: &Run) -> Check {
     let load = run.history.iter().map(|row| row.balance.max_load).fold(0.0, f64::max);
     let body = case.projectile.as_ref().and_then(Body::new);
     let has_rim = body.is_some_and(|body| body.profile.has_round_rim());
-    // An ogive without a tip is half a ball.
-    let round = |shape: &Shape| matches!(shape, Shape::Sphere { .. } | Shape::Ogive { .. }) && !shape.is_pointed();
-    let is_ball = case.projectile.as_ref().is_some_and(|p| round(&p.shape));
+    let edge_radius = case.projectile.as_ref().map_or(0.0, |p| p.edge_radius);
+    // An ogive without a tip is half a ball, and so is a cylinder whose rim is rounded off.
+    let round = |shape: &Shape| {
+        matches!(shape, Shape::Sphere { .. } | Shape::Ogive { .. }) || edge_radius > 0.499 * shape.diameter()
+    };
+    let is_ball = case.projectile.as_ref().is_some_and(|p| round(&p.shape) && !p.shape.is_pointed());
     let tip = case.projectile.as_ref().filter(|p| p.shape.is_pointed()).map(|p| p.edge_radius);
     let reason = if broken == 0 && has_rim && load > NEAR_BREAKING {
         "no yarn broke, but one came near to it: with another mesh the projectile may pass"
@@ -305,6 +309,8 @@ fn mesh_under_hit(case: &Case, run: &Run) -> Check {
         "a sharp point: fabric stands on it or slips off, which no mesh decides; give it its edge_radius_mm"
     } else if tip.is_some() {
         "a point: what a perforation takes depends on the mesh; compare with \"accuracy\": \"converged\""
+    } else if edge_radius > 0.0 {
+        "a rim: finer elements change the energy that a perforation takes; compare with \"accuracy\": \"converged\""
     } else if !has_rim || case.solver.contact_sampling == ContactSampling::Edges {
         "a sharp rim: finer elements change the energy that a perforation takes; compare with \"accuracy\": \"converged\", or give \
          the rim its edge_radius_mm"
@@ -323,6 +329,21 @@ fn mesh_under_hit(case: &Case, run: &Run) -> Check {
         None => "not measured".to_owned(),
     };
     Check::new("sensitivity to the mesh under the hit", value, level, [reason; 2])
+}
+
+/// Place of the hit: on fabric, not beside it, nor on what holds it.
+fn aim(case: &Case, run: &Run) -> Check {
+    let (to_frame, radius) = (clearance(case), case.projectile.as_ref().map_or(0.0, |p| 0.5 * p.shape.diameter()));
+    let reason = if run.history.iter().all(|row| row.contact_force == 0.0) {
+        "the projectile never met the fabric: look at /projectile/offset_mm"
+    } else if to_frame < radius {
+        "the projectile struck the clamps too: what they took is not the fabric's"
+    } else {
+        ""
+    };
+    let value = format!("{} mm from the nearest clamp", short(1e3 * to_frame, 3));
+    let value = if to_frame.is_finite() { value } else { "no clamp".to_owned() };
+    Check::new("place of the hit", value, look_if(!reason.is_empty()), [reason, ""])
 }
 
 /// Hold of the fabric in its frame until the outcome was decided.

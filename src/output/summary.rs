@@ -332,12 +332,11 @@ fn words(case: &Case, run: &Run) -> (&'static str, String) {
             };
             ("rebounded", format!("turned {stop}{flies}, {struck}, {deflected}"))
         }
-        Outcome::Running => (
-            "undecided",
-            format!(
-                "at {reached}: {velocity} m/s left, {struck}, {deflected}; raise /solver/end_time_us for a verdict"
-            ),
-        ),
+        Outcome::Running => {
+            let has_met = run.history.iter().any(|row| row.contact_force != 0.0);
+            let advice = ["it never met the fabric", "raise /solver/end_time_us for a verdict"][usize::from(has_met)];
+            ("undecided", format!("at {reached}: {velocity} m/s left, {struck}, {deflected}; {advice}"))
+        }
     }
 }
 

@@ -31,7 +31,7 @@ pub(crate) type Flight = (Vector3<f64>, Vector3<f64>);
 /// Record of a run so far.
 #[derive(Clone, Serialize, Deserialize)]
 pub(crate) struct RunRecord {
-    /// Results so far; until the end residuals in newtons, errors of energy in joules, and counts of the part that is computed.
+    /// Results so far; until the end residuals in newtons, errors of energy in joules, counts of the part that is computed.
     pub(crate) run: Run,
     pub(crate) balance: EnergyBalance,
     /// Energy and momentum of the start, which the first sample takes.
@@ -177,8 +177,7 @@ impl RunRecord {
     ) -> bool {
         let (failed, copies, dt) = (self.failed(), self.run.planes.copies(), self.run.time_step);
         if self.run.history.is_empty() {
-            self.balance.begin(self.given);
-            self.run.fabric_energy = self.balance.fabric_energy() * copies as f64;
+            self.run.fabric_energy = self.balance.begin(self.given) * copies as f64;
             self.run.exchanged_energy = self.given.measurable * copies as f64;
         }
         let impulse = Vector3::from(std::mem::take(&mut self.balance.contact_impulse));
@@ -212,13 +211,15 @@ impl RunRecord {
         }
         self.deflections.sample(plies);
         let run = &mut self.run;
-        let Balance { error, gained, projectile, external, .. } = row.balance;
-        let exchanged = run.fabric_energy + (run.impact_energy - projectile).abs() + external.abs();
-        run.exchanged_energy = run.exchanged_energy.max(exchanged);
+        let Balance { projectile, external, error, gained, .. } = &mut row.balance;
+        let put_in = run.fabric_energy + (run.impact_energy - *projectile).abs() + external.abs();
+        run.exchanged_energy = run.exchanged_energy.max(put_in);
         run.energy_error = run.energy_error.max(error.abs());
         if gained.abs() > run.energy_gained.abs() {
-            run.energy_gained = gained;
+            run.energy_gained = *gained;
         }
+        *error /= run.exchanged_energy;
+        *gained /= run.exchanged_energy;
         run.momentum_error = run.momentum_error.max(balance.momentum_error);
         if plies.len() > 1 {
             let scale = copies as f64;
@@ -291,9 +292,8 @@ impl RunRecord {
             run.rebound_velocity = tracker.rebound_velocity;
         }
         run.hourglass_fraction = if internal > 0.0 { hourglass / internal } else { 0.0 };
-        let exchanged = run.exchanged_energy.max(f64::MIN_POSITIVE);
-        let errors = run.history.iter_mut().flat_map(|row| [&mut row.balance.error, &mut row.balance.gained]);
-        errors.chain([&mut run.energy_error, &mut run.energy_gained]).for_each(|error| *error /= exchanged);
+        run.energy_error /= run.exchanged_energy;
+        run.energy_gained /= run.exchanged_energy;
         run.newton.max_residual /= weakest;
         run.newton.mean_iterations = self.evaluations[0] / self.evaluations[1].max(1.0);
         run.newton.unconverged *= run.planes.copies();
