@@ -25,15 +25,21 @@ pub struct Breakage {
     pub at_edges: usize,
     /// All other pieces.
     pub elsewhere: usize,
-    /// Yarns that broke first at an edge that is held, and those that broke first at the hit: when the former led by most, or by when
-    /// they decided no more.
+    /// Yarns that broke first at an edge that is held, and those that broke first at the hit, until the projectile is through.
     pub torn_off: [usize; 2],
+    /// The same when the former led by most; where they never did, in the end.
+    pub torn_first: [usize; 2],
 }
 
 impl Breakage {
     /// Pieces of yarn in all.
     pub fn pieces(&self) -> usize {
         self.at_hit + self.at_edges + self.elsewhere
+    }
+
+    /// Whether the fabric tore off its frame rather than broke at the hit.
+    pub fn is_torn_off(&self) -> bool {
+        self.torn_off[0] > self.torn_off[1]
     }
 
     /// Broken yarns of a run of a case.
@@ -67,12 +73,13 @@ impl Breakage {
                 found.elsewhere += 1;
             }
             let lead = |[torn, cut]: [usize; 2]| torn.saturating_sub(cut);
-            if lead(now) > lead(found.torn_off) {
-                found.torn_off = now;
+            if lead(now) > lead(found.torn_first) {
+                found.torn_first = now;
             }
         }
-        if found.torn_off == [0; 2] {
-            found.torn_off = now;
+        found.torn_off = now;
+        if found.torn_first == [0; 2] {
+            found.torn_first = now;
         }
         found.yarns = broken.map(|yarns| yarns.len());
         found

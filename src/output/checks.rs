@@ -348,7 +348,7 @@ fn aim(case: &Case, run: &Run) -> Check {
 
 /// Hold of the fabric in its frame until the outcome was decided.
 fn frame(case: &Case, run: &Run) -> Check {
-    let [torn, cut] = Breakage::of(case, run).torn_off;
+    let [torn, cut] = Breakage::of(case, run).torn_first;
     let reasons = [
         "more than at the hit by then: the fabric tore off its frame and flew with the projectile; a slower shot may pass where this one is \
          stopped, and in a test fabric slips in its clamps",
