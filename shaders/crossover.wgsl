@@ -186,7 +186,7 @@ fn solve(stretch: vec2<f32>, warm: vec2<f32>, both: bool) -> Equilibrium {
 /// Places along each axis of the law's energy.
 const LAW_COUNT: u32 = 40u;
 
-/// Share of a cell's energy that the unit-cell law makes by itself, over both stretches.
+/// Share of a cell's energy that the unit-cell law creates, over both stretches.
 struct LawEnergy {
     /// Λ − 1 of the first place, warp and weft.
     low: vec2<f32>,

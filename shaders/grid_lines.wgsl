@@ -3,10 +3,10 @@
 
 /// Lines in a row of the table.
 const LINES_ACROSS: u32 = 1024u;
-/// Texels of a line.
+/// Texels per line.
 const LINE_TEXELS: u32 = 2u;
 
-/// A line of nodes. Behind the last line of nodes of a mesh there is one more.
+/// A line of nodes. The table has one more line after the last of a mesh.
 struct Line {
     /// Reference place along the axis [m].
     place: f32,

@@ -21,9 +21,9 @@ fn mark_node(node: u32) {
     atomicOr(&candidates[mark_word(mark_words().x + (word >> 5u))], 1u << (word & 31u));
 }
 
-/// Marks a node that may touch the body within the step: no further from the box around it than both can go, seen from
-/// where it is to where it would be without the fabric in front of it. Where the rim is sampled, as far as an edge of an element may reach
-/// more, and the nodes at the other ends of its edges with it. Vectors are in the axes of the pack.
+/// Marks a node that may touch the body within the step: its path without contact comes closer to the box around the body than both
+/// can move. Where the rim is sampled, the distance grows by the length of an element's edge, and the nodes at the other ends of its
+/// edges are marked too. Vectors are in the axes of the pack.
 fn mark(node: u32, reference: vec3<f32>, displacement: vec3<f32>, speed: f32, depth: f32) {
     var room = 1.01 * scene.dt * (speed + 1.1 * body.velocity.w) + 1e-6 * scene.body_bounding_radius;
     if (EDGES) { room += scene.rim_depth; }

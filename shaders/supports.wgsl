@@ -1,4 +1,4 @@
-// supports: what the held nodes on the rim of each ply take. Needs `supports`.
+// supports: impulse of the held nodes on the sides of each ply. Needs `supports`.
 // Twin: the `support` sums of src/solver/node_update.rs
 
 /// Number of a node of a ply's rim.

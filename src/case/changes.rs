@@ -7,16 +7,53 @@ use super::error::{describe, index, is_at_or_below, nearest, quote, text_of, une
 use super::fabric::{around, holds_fabrics, make_own};
 use super::keys::{Key, lookup, object, pointers};
 use super::provenance::is_assumed;
-use super::{BuiltInFabric, Case, CaseError, Edge, read};
+use super::{Case, CaseError, Edge, read};
 
 /// The source of what a user changes on the command line, and the first word of the place of its errors.
 pub(super) const FLAG: &str = "--set";
 /// The source of a value that a program sets, of which nothing else is said.
-const BY: &str = "set by a program";
+pub(super) const BY: &str = "set by a program";
 /// Values longer than this stand in names as a hash [characters].
 const LONGEST_VALUE: usize = 24;
 /// Names of changes longer than this become a hash [characters].
 const LONGEST_NAME: usize = 100;
+
+/// A fabric that comes with ripstop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum BuiltInFabric {
+    /// Kevlar 129, 1420 denier, 20 per inch, 255 g/m²: the paper's first.
+    S720,
+    /// Kevlar 129, 1500 denier, 17 per inch, 231 g/m²: the paper's second.
+    S728,
+    /// Twaron CT 612, 550 dtex, 11 per cm, 121 g/m²; mostly assumed.
+    TwaronCt612,
+    /// Twaron CT 709, 930 dtex, 10.5 per cm, 200 g/m²; moduli and crimp are assumed.
+    TwaronCt709,
+}
+
+/// Names and texts of these fabrics.
+const BUILT_IN: [(&str, &str); 4] = [
+    ("fabrics/s-720.json", include_str!("../../cases/fabrics/s-720.json")),
+    ("fabrics/s-728.json", include_str!("../../cases/fabrics/s-728.json")),
+    ("fabrics/twaron-ct612.json", include_str!("../../cases/fabrics/twaron-ct612.json")),
+    ("fabrics/twaron-ct709.json", include_str!("../../cases/fabrics/twaron-ct709.json")),
+];
+
+impl BuiltInFabric {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::S720, Self::S728, Self::TwaronCt612, Self::TwaronCt709];
+
+    /// Name of the fabric in a case.
+    pub fn file(self) -> &'static str {
+        BUILT_IN[self as usize].0
+    }
+}
+
+/// The text of a fabric that is built into the program, by its name in a case: `fabrics/s-720.json`.
+pub fn builtin_fabric(file: &str) -> Option<&'static str> {
+    BUILT_IN.iter().find(|(name, _)| *name == file).map(|(_, text)| *text)
+}
 
 /// One change: the pointer and the value it gets.
 pub(super) struct Change {

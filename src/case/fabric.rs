@@ -12,7 +12,7 @@ use super::error::{check_sources, describe, escape, index, is_at_or_below, quote
 use super::keys::{WordOr, choices};
 use super::pack::{LAYUP, MAX_PLIES};
 use super::provenance::Provenance;
-use super::{CaseError, changes, read};
+use super::{CaseError, builtin_fabric, changes, read};
 
 /// Pointer of the fabric of every ply that has none of its own.
 const COMMON: &str = "/fabric";
@@ -67,8 +67,10 @@ pub struct Yarn {
     pub linear_density: f64,
     /// Fibre elastic modulus [Pa].
     pub modulus: f64,
-    /// Axial strain at which the yarn breaks [-].
+    /// Axial strain at which the virgin yarn breaks [-].
     pub failure_strain: f64,
+    /// Part of that strain, and so of the strength, that is left in the fabric [-].
+    pub strength_retention: f64,
     /// Crossovers per metre along this yarn, m in (12): undeformed cell length 2·w0 = 1/count [1/m].
     pub count: f64,
     /// Crimp (14): yarn length over fabric length minus one [-].
@@ -78,7 +80,9 @@ pub struct Yarn {
 impl Default for Yarn {
     /// A yarn that carries nothing, weighs nothing and never breaks.
     fn default() -> Self {
-        Self { present: false, linear_density: 0.0, modulus: 0.0, failure_strain: 1.0, count: 0.0, crimp: 0.0 }
+        let [linear_density, modulus, count, crimp] = [0.0; 4];
+        let [failure_strain, strength_retention] = [1.0; 2];
+        Self { present: false, linear_density, modulus, failure_strain, strength_retention, count, crimp }
     }
 }
 
@@ -86,7 +90,7 @@ fn not<'de, D: Deserializer<'de>>(deserializer: D) -> Result<bool, D::Error> {
     bool::deserialize(deserializer).map(|flag| !flag)
 }
 
-/// Keys of a yarn; those of a linear density and of a count are one number of [`Yarn`] each.
+/// Keys of a yarn.
 #[derive(JsonSchema)]
 #[allow(dead_code, reason = "for their schema")]
 struct YarnKeys {
@@ -110,6 +114,11 @@ struct YarnKeys {
     /// Axial strain at which the yarn breaks; 1: never.
     #[schemars(range(max = 1), extend("exclusiveMinimum" = 0, "only" = {"absent": "false"}))]
     failure_strain: f64,
+    /// Part of failure_strain, and so of strength, that a woven yarn keeps; assumed unless `sources` has this very key.
+    ///
+    /// Default: virgin yarn, as published.
+    #[schemars(range(max = 1), extend("exclusiveMinimum" = 0, "default" = 1, "only" = {"absent": "false"}, "own_source" = true))]
+    strength_retention: f64,
     /// Crossovers along this yarn per inch.
     #[schemars(range(min = 0.1, max = 1000), extend("group" = "count"))]
     count_per_inch: Option<f64>,
@@ -236,6 +245,11 @@ impl Yarn {
         self.linear_density / fibre_density
     }
 
+    /// Axial strain at which the yarn breaks as woven; `None`: never [-].
+    pub fn breaking_strain(&self) -> Option<f64> {
+        (self.failure_strain < 1.0).then_some(self.failure_strain * self.strength_retention)
+    }
+
     /// Undeformed half-span w0 = 1/(2·count) (12) [m].
     pub fn half_span(&self) -> f64 {
         0.5 / self.count
@@ -243,6 +257,12 @@ impl Yarn {
 }
 
 impl Fabric {
+    /// Mass of the yarns per area [kg/m²].
+    pub(crate) fn areal_density_of_yarns(&self) -> f64 {
+        let per_area = |yarn: &Yarn, other: &Yarn| yarn.linear_density * (1.0 + yarn.crimp) * other.count;
+        per_area(&self.warp, &self.weft) + per_area(&self.weft, &self.warp)
+    }
+
     /// Completes and checks the fabric whose keys stand at the pointer `at`.
     pub(super) fn complete(&mut self, at: &str, record: &Provenance) -> Result<(), CaseError> {
         let at = |key: &str| format!("{at}{key}");
@@ -251,8 +271,7 @@ impl Fabric {
             let error = CaseError::at(at(""), "at least one yarn", "both absent");
             return Err(error.help("leave \"absent\" out of \"warp\" or \"weft\""));
         }
-        let per_area = |yarn: &Yarn, other: &Yarn| yarn.linear_density * (1.0 + yarn.crimp) * other.count;
-        let sum = per_area(warp, weft) + per_area(weft, warp);
+        let sum = self.areal_density_of_yarns();
         let assumed = record.is_assumed(&at("/warp")) || record.is_assumed(&at("/weft"));
         record.fill(&at("/areal_density_g_m2"), &mut self.areal_density, sum, "", assumed);
         self.crossover.complete(&at("/crossover/compression"))?;
@@ -294,43 +313,6 @@ impl Crossover {
         self.compression = self.compression.filter(|_| a > 0.0);
         Ok(())
     }
-}
-
-/// A fabric that comes with ripstop.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum BuiltInFabric {
-    /// Kevlar 129, 1420 denier, 20 per inch, 255 g/m²: the paper's first.
-    S720,
-    /// Kevlar 129, 1500 denier, 17 per inch, 231 g/m²: the paper's second.
-    S728,
-    /// Twaron CT 612, 550 dtex, 11 per cm, 121 g/m²; mostly assumed.
-    TwaronCt612,
-    /// Twaron CT 709, 930 dtex, 10.5 per cm, 200 g/m²; moduli and crimp are assumed.
-    TwaronCt709,
-}
-
-/// Names and texts of these fabrics.
-const BUILT_IN: [(&str, &str); 4] = [
-    ("fabrics/s-720.json", include_str!("../../cases/fabrics/s-720.json")),
-    ("fabrics/s-728.json", include_str!("../../cases/fabrics/s-728.json")),
-    ("fabrics/twaron-ct612.json", include_str!("../../cases/fabrics/twaron-ct612.json")),
-    ("fabrics/twaron-ct709.json", include_str!("../../cases/fabrics/twaron-ct709.json")),
-];
-
-impl BuiltInFabric {
-    /// All of them.
-    pub const ALL: [Self; 4] = [Self::S720, Self::S728, Self::TwaronCt612, Self::TwaronCt709];
-
-    /// Name of the fabric in a case.
-    pub fn file(self) -> &'static str {
-        BUILT_IN[self as usize].0
-    }
-}
-
-/// The text of a fabric that is built into the program, by its name in a case: `fabrics/s-720.json`.
-pub fn builtin_fabric(file: &str) -> Option<&'static str> {
-    BUILT_IN.iter().find(|(name, _)| *name == file).map(|(_, text)| *text)
 }
 
 /// The fabric that a pointer names or reaches into.

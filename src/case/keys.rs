@@ -1,13 +1,14 @@
-//! Every key of the case file: the schema of the types that hold them, and what stands in a document against it.
+//! Every key of the case file: the schema of the types that hold them, and the errors of a document that breaks it.
 //!
 //! A key is written once, as a field of such a type, with its range and its doc comment. Its unit is the end of its name; the SI unit that the
 //! comment ends in is that of the field. A last paragraph says what holds where the key is left out: "Default:" and the source of the
-//! default, "Otherwise:" and how the value is computed, or "Left out:" and what that means. Besides the schema has, as the field says:
+//! default, "Otherwise:" and how the value is computed, or "Left out:" and what that means. Properties of the schema that a field may state:
 //! - `default`: the value where the key is left out; `where`: the value of another key with which that holds;
 //! - `or`: what may be given in its place, as a pointer from its object;
 //! - `only`: the values of another key beside which it belongs; `with`: a key that must be given beside it;
 //! - `at_most`: another key, whose value is the largest;
 //! - `group`: a name that it shares with others, of which exactly one is given;
+//! - `own_source`: that it is assumed where only its object has a source;
 //! - `help`: what to say of a value out of range; `none`: the word that stands for no object.
 
 use std::f64::consts::PI;

@@ -29,17 +29,15 @@ mod schema;
 mod solver;
 mod variability;
 
-pub use changes::CaseBuilder;
+pub use changes::{BuiltInFabric, CaseBuilder, builtin_fabric};
 pub use error::CaseError;
-pub use fabric::{
-    BuiltInFabric, Compression, Crossover, Fabric, Law, MembraneForce, Shear, ShearModulus, Yarn, builtin_fabric,
-};
+pub use fabric::{Compression, Crossover, Fabric, Law, MembraneForce, Shear, ShearModulus, Yarn};
 pub use grading::{Grading, LinesFrom};
 pub use pack::{Edge, Edges, InitialDeflection, Layer, MeshSize, Pack};
 pub use projectile::{Along, Motion, Projectile, Rotation, Shape};
 pub(crate) use provenance::mesh;
 pub use provenance::{Field, Origin, report};
-pub(crate) use read::{converged, realisation};
+pub(crate) use read::{as_woven, at_nominal_velocity, converged, realisation};
 pub use read::{from_str, from_text, read};
 pub use schema::{reference, schema};
 pub use solver::{
@@ -147,8 +145,8 @@ impl Case {
     fn complete(&mut self, record: &Provenance) -> Result<(), CaseError> {
         self.fabric.complete("/fabric", record)?;
         self.projectile.as_mut().map_or(Ok(()), |projectile| projectile.complete(record))?;
-        let (variability, projectile) = (self.variability.as_ref(), self.projectile.as_ref());
-        variability.map_or(Ok(()), |variability| variability.check(projectile))?;
+        let (variability, projectile) = (self.variability.as_mut(), self.projectile.as_ref());
+        variability.map_or(Ok(()), |variability| variability.complete(projectile, record))?;
         self.complete_pack(record)?;
         self.complete_end(record)?;
         self.output.check()?;

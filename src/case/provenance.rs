@@ -5,6 +5,7 @@ use std::cell::RefCell;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
+use super::changes::{BY, FLAG};
 use super::error::{is_at_or_below, short_number_text, text_of, whole};
 use super::keys::{Key, choices, keys, lookup, order, split_unit};
 use super::{Case, CaseError, Layer};
@@ -52,7 +53,7 @@ pub(super) fn is_assumed(source: &str) -> bool {
     source.starts_with("assumed")
 }
 
-/// Fields of a case in the making.
+/// Fields of a case that is being read.
 pub(super) struct Provenance {
     /// The case's `sources`: pointer and text.
     sources: Vec<(String, String)>,
@@ -85,7 +86,7 @@ impl Provenance {
                     groups.for_each(|(index, group)| self.complete(&format!("{place}/{index}"), key.node, group));
                 }
                 Some(value) if super::keys::object(key.node).is_none() || value.is_string() => {
-                    self.note(&place, text_of(value), key.unit(), Origin::Read, self.source(&place));
+                    self.note(&place, text_of(value), key.unit(), Origin::Read, self.source(&place, key));
                     if let Some(number) = whole(value).filter(|_| key.node["type"] == "integer") {
                         // 2.0 is a whole number.
                         *value = json!(number);
@@ -156,7 +157,7 @@ impl Provenance {
         }
     }
 
-    /// Contents of the fields recorded earlier at or below a pointer.
+    /// Fields recorded earlier at or below a pointer.
     fn below<T>(&self, above: &str, of: impl Fn(&Field) -> T) -> Vec<T> {
         self.fields.borrow().iter().filter(|field| is_at_or_below(&field.pointer, above)).map(of).collect()
     }
@@ -189,8 +190,12 @@ impl Provenance {
         fields
     }
 
-    /// The text of the nearest source at or above a pointer.
-    fn source(&self, pointer: &str) -> &str {
+    /// The text of the nearest source at or above the pointer of a key; of a key that needs a source of its own, that one.
+    fn source(&self, pointer: &str, key: &Key) -> &str {
+        if key.has("own_source") {
+            let own = |(at, text): &&(String, String)| at == pointer && ![FLAG, BY].contains(&text.as_str());
+            return self.sources.iter().find(own).map_or("assumed: the case names no source", |(_, text)| text);
+        }
         let above = self.sources.iter().filter(|(above, _)| is_at_or_below(pointer, above));
         above.max_by_key(|(above, _)| above.len()).map_or("case file", |(_, text)| text)
     }

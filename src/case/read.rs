@@ -10,7 +10,7 @@ use serde_json::{Deserializer, Value, json};
 use super::changes::{self, Change};
 use super::error::{CaseError, check, describe, is_at_or_below, quote};
 use super::keys::{CASE, without_aliases};
-use super::provenance::{Provenance, in_si, typed};
+use super::provenance::{Origin, Provenance, in_si, typed};
 use super::{Case, fabric, pack, solver, variability};
 
 /// Largest size of a case file [bytes]; a larger file is something else.
@@ -174,7 +174,29 @@ pub(crate) fn converged(case: &Case) -> Option<Case> {
     let mut document = case.as_run.clone();
     document["solver"]["accuracy"] = json!("converged");
     let finer = rebuilt(case, document).ok()?;
-    (finer.pack.elements_per_crossover > case.pack.elements_per_crossover).then_some(finer)
+    (finer.pack.mesh != case.pack.mesh).then_some(finer)
+}
+
+/// Case whose impact velocity is the one asked for: its scatter moves shots, not the limit.
+pub(crate) fn at_nominal_velocity(case: &Case) -> Case {
+    let mut case = case.clone();
+    if let Some(variability) = case.as_run.get_mut("variability").and_then(Value::as_object_mut) {
+        variability.remove("velocity");
+    }
+    if let Some(variability) = &mut case.variability {
+        variability.velocity = None;
+    }
+    case
+}
+
+/// The case with yarns that keep a part of their strength; `None` where it says itself what they keep.
+pub(crate) fn as_woven(case: &Case, retention: f64) -> Option<Case> {
+    let mut document = case.as_run.clone();
+    for field in case.fields.iter().filter(|field| field.pointer.ends_with("/strength_retention")) {
+        let (yarn, key) = field.pointer.rsplit_once('/').filter(|_| field.origin == Origin::Default)?;
+        document.pointer_mut(yarn)?[key] = json!(retention);
+    }
+    rebuilt(case, document).ok()
 }
 
 /// A case with another document.

@@ -1,7 +1,7 @@
 //! Variability from shot to shot, and the case of one shot.
 //!
 //! A case with `variability` and no `shot` is the nominal one: nothing varies, and nothing costs time. With a `shot` its values are drawn
-//! and put in the places of the nominal ones, as if they were written there; only the strength of yarns, of which there is one for
+//! and replace the nominal ones, as if they were written there; only the strength of yarns, of which there is one for
 //! each element, is left to the model. Draws are a function of seed and shot, see [`random`](crate::num::random).
 
 use schemars::JsonSchema;
@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 
 use super::error::short_number_text;
 use super::keys::choices;
+use super::provenance::Provenance;
 use super::{Case, CaseError, Fabric, Projectile};
 use crate::num::link::Link;
 use crate::num::random::DrawKey;
@@ -121,15 +122,21 @@ choices! {
 /// Strength of yarns: Weibull's distribution along them, and another one between them.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 pub struct YarnStrength {
-    /// Weibull's shape m along a yarn; large: even.
+    /// Weibull's shape m along a yarn; the larger, the less the strength varies.
     #[schemars(range(min = 1, max = 1000), extend("help" = "Kevlar 49 yarn has 8 to 22, by gauge length"))]
     pub shape: f64,
     /// Length of the yarns whose mean failure strain is the fabric's failure_strain; a shorter piece is stronger [m].
     #[schemars(rename = "gauge_length_mm", range(min = 0.01, max = 1e5))]
     pub gauge_length: f64,
+    /// Shortest length that was tested: a shorter piece is no stronger [m].
+    ///
+    /// Otherwise: 25 mm (assumed), or gauge_length_mm where that is shorter.
+    #[serde(default)]
+    #[schemars(rename = "shortest_gauge_mm", range(min = 0.01, max = 1e5), extend("at_most" = "gauge_length_mm"))]
+    pub shortest_gauge: f64,
     /// Weibull's shape of the distribution of whole yarns about mean 1.
     ///
-    /// Left out: yarns do not differ but along their length.
+    /// Left out: yarns differ along their length only.
     #[schemars(range(min = 1, max = 1000))]
     pub yarn_shape: Option<f64>,
 }
@@ -154,6 +161,8 @@ const CRIMP: u32 = 5;
 /// Stream of the velocity that `ripstop shots --velocity A..B` draws.
 pub(crate) const RANGE_STREAM: u32 = 6;
 
+/// Shortest gauge length of tested yarns, where none is given [m].
+const SHORTEST_GAUGE: f64 = 25e-3;
 /// Degrees in a radian.
 const DEGREES: f64 = 180.0 / std::f64::consts::PI;
 
@@ -177,8 +186,12 @@ impl Scattered {
 }
 
 impl Variability {
-    /// Refuses scatter of a flight without the body that flies.
-    pub(super) fn check(&self, projectile: Option<&Projectile>) -> Result<(), CaseError> {
+    /// Completes the strength of yarns; refuses scatter of a flight without the body that flies.
+    pub(super) fn complete(&mut self, projectile: Option<&Projectile>, record: &Provenance) -> Result<(), CaseError> {
+        if let Some(YarnStrength { gauge_length, shortest_gauge, .. }) = &mut self.yarn_strength {
+            let shortest = SHORTEST_GAUGE.min(*gauge_length);
+            record.fill("/variability/yarn_strength/shortest_gauge_mm", shortest_gauge, shortest, "", true);
+        }
         let in_flight = [
             ("hit", self.hit == HitPlace::UnitCell),
             ("velocity", self.velocity.is_some()),

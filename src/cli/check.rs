@@ -94,7 +94,7 @@ fn the_run(case: &Case, simulation: &Simulation<f64>) -> TextTable {
     ])
 }
 
-/// Prints what this machine offers, and what a case needs of it.
+/// Prints adapters and memory of this machine, and what a case needs of them.
 pub(crate) fn info(case: Option<&Path>) -> Result<(), CommandFailure> {
     let case = case.map(|path| case::read(path, &[])).transpose()?;
     let refresh = RefreshKind::nothing().with_cpu(CpuRefreshKind::nothing());

@@ -69,10 +69,14 @@ pub(crate) fn v50(arguments: &V50Arguments) -> Result<(), CommandFailure> {
     let case = &study.case;
     let refined = arguments.refined.unwrap_or(REFINED[usize::from(case.varies())]);
     let request = V50Request { refined, ..v50_request(&arguments.batch, &arguments.thresholds) };
+    let mut missing = None;
     study.compute("shots", |options, folder| {
         let found = v50::run(case, &request, options, folder)?;
+        missing = found.missing();
         Ok((found.json(case, &request, options.seed), found.report(case, &request)))
-    })
+    })?;
+    missing
+        .map_or(Ok(()), |why| Err(CommandFailure::check(format!("error: {}: {why}", arguments.batch.case.display()))))
 }
 
 /// `ripstop sweep`: shots or a V50 at every point of a grid.

@@ -49,7 +49,7 @@ impl UnitCellParameters<f64> {
             half_span: y.half_span(),
             crimp: y.crimp,
             height: y.half_span() * rest_height(y.crimp),
-            failure_strain: if y.failure_strain < 1.0 { y.failure_strain } else { NEVER },
+            failure_strain: y.breaking_strain().unwrap_or(NEVER),
             slack_slope: 0.0,
             per_rest: 1.0 / (1.0 + y.crimp),
             terms: MAX_TERMS,

@@ -16,7 +16,7 @@ use crate::case::{Case, RunUntil};
 use crate::model::Model;
 use crate::num::scalar::Scalar;
 use crate::physics::rigid_body::{MirrorPlanes, RigidBody};
-use crate::solver::energy_balance::{EnergyBalance, PlyMoment};
+use crate::solver::energy_balance::{Balance, EnergyBalance, PlyMoment};
 use crate::solver::state::{Given, State};
 use crate::solver::{self, FailureEvent, StepTotals};
 
@@ -31,7 +31,7 @@ pub(crate) type Flight = (Vector3<f64>, Vector3<f64>);
 /// Record of a run so far.
 #[derive(Clone, Serialize, Deserialize)]
 pub(crate) struct RunRecord {
-    /// Results so far; residuals in newtons and counts of the part that is computed until the end.
+    /// Results so far; until the end residuals in newtons, errors of energy in joules, counts of the part that is computed.
     pub(crate) run: Run,
     pub(crate) balance: EnergyBalance,
     /// Energy and momentum of the start, which the first sample takes.
@@ -183,7 +183,8 @@ impl RunRecord {
     ) -> bool {
         let (failed, copies, dt) = (self.failed(), self.run.planes.copies(), self.run.time_step);
         if self.run.history.is_empty() {
-            self.balance.begin(self.given);
+            self.run.fabric_energy = self.balance.begin(self.given) * copies as f64;
+            self.run.exchanged_energy = self.given.measurable * copies as f64;
         }
         // The first row has no time before it: what acts at once belongs to the first interval.
         let impulse = match self.run.history.is_empty() {
@@ -221,10 +222,15 @@ impl RunRecord {
             }
         }
         let run = &mut self.run;
-        run.energy_error = run.energy_error.max(balance.error.abs());
-        if balance.gained.abs() > run.energy_gained.abs() {
-            run.energy_gained = balance.gained;
+        let Balance { projectile, external, error, gained, .. } = &mut row.balance;
+        let put_in = run.fabric_energy + (run.impact_energy - *projectile).abs() + external.abs();
+        run.exchanged_energy = run.exchanged_energy.max(put_in);
+        run.energy_error = run.energy_error.max(error.abs());
+        if gained.abs() > run.energy_gained.abs() {
+            run.energy_gained = *gained;
         }
+        *error /= run.exchanged_energy;
+        *gained /= run.exchanged_energy;
         run.momentum_error = run.momentum_error.max(balance.momentum_error);
         let scale = copies as f64;
         let rows = plies.iter().zip(&self.failed).enumerate();
@@ -295,6 +301,8 @@ impl RunRecord {
             run.rebound_velocity = tracker.rebound_velocity;
         }
         run.hourglass_fraction = if internal > 0.0 { hourglass / internal } else { 0.0 };
+        run.energy_error /= run.exchanged_energy;
+        run.energy_gained /= run.exchanged_energy;
         run.newton.max_residual /= weakest;
         run.newton.mean_iterations = self.evaluations[0] / self.evaluations[1].max(1.0);
         run.newton.unconverged *= run.planes.copies();

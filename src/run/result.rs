@@ -87,13 +87,17 @@ pub struct Run {
     pub ply_history: Vec<PlySample>,
     /// Kinetic energy of the projectile before impact [J]; the first row of the history is after first contact.
     pub impact_energy: f64,
+    /// Energy of the fabric before the shot: of pre-tension, deflection and motion [J].
+    pub fabric_energy: f64,
+    /// Most energy that the fabric ever had from the projectile, from drives and from before the shot [J]: what errors are held against.
+    pub exchanged_energy: f64,
     /// Largest penetration of a node into the projectile [m].
     pub max_penetration: f64,
     /// Largest penetration of a node into a neighbouring ply [m].
     pub max_ply_penetration: f64,
-    /// Largest |energy error| of the work done [-].
+    /// Largest |energy error| of the work done, over the energy exchanged [-].
     pub energy_error: f64,
-    /// Energy by state functions that nothing accounts for, where it was largest, over the initial energy [-].
+    /// Energy by state functions that nothing accounts for, where it was largest, over the energy exchanged [-].
     pub energy_gained: f64,
     /// Largest momentum error [-].
     pub momentum_error: f64,

@@ -1,10 +1,10 @@
 //! Points of contact between two nodes: where the rim of a flat face crosses the edges of elements.
 //!
-//! Sampled at nodes alone, a face is as wide in every row of elements as the nodes under it happen to lie, and the yarns
-//! of the row that lies best carry what is its neighbours' share. The rim crosses the straight edge between two nodes
-//! at a point that moves with the projectile without jumps: that point must not enter the face either.
+//! With contact at nodes alone, the width of the face in a row of elements depends on where the nodes under it lie. Then the yarns of
+//! one row carry a part of their neighbours' load. The rim crosses the straight edge between two nodes at a point that moves without
+//! jumps: that point must not enter the face either.
 //!
-//! Such a point pushes both nodes by its place between them, so points that share a node are no longer independent: with
+//! The impulse of such a point is shared by both nodes, so points with a common node depend on each other: with
 //! K = N M⁻¹ Nᵀ of those that push, K p = G V′ + target − n·v takes the place of p = κ(…) in
 //! [`projectile_contact`](super::projectile_contact).
 //!
@@ -54,7 +54,7 @@ pub struct EdgeContact {
     pub constraints: Vec<EdgeConstraint>,
     /// Sum of weights at each node [-].
     weights: Vec<f64>,
-    /// Node that stands for the block of each node, or leads there; itself at the end of the way.
+    /// Parent of each node in the tree of its block; a root is its own parent.
     blocks: Vec<usize>,
     /// Points that push and share nodes, ply by ply.
     members: Vec<usize>,
@@ -280,7 +280,7 @@ impl EdgeContact {
     }
 }
 
-/// Root of a node in a forest, where each points to another of its piece and the root to itself; shortens the way there.
+/// Root of the tree of a node: every node points to another one of its tree, the root to itself. Shortens the path.
 pub(crate) fn root(parent: &mut [usize], mut node: usize) -> usize {
     while parent[node] != node {
         parent[node] = parent[parent[node]];
@@ -289,7 +289,7 @@ pub(crate) fn root(parent: &mut [usize], mut node: usize) -> usize {
     node
 }
 
-/// From end to end.
+/// Ranges between successive ends, the first from 0.
 fn ranges(ends: &[usize]) -> impl Iterator<Item = Range<usize>> {
     std::iter::once(&0).chain(ends).zip(ends).map(|(first, end)| *first..*end)
 }

@@ -147,7 +147,7 @@ impl<'a> Batch<'a> {
     }
 }
 
-/// Fires shots of some batches, each with the place of its batch, as [`Batch::fire`] does.
+/// Fires shots of some batches, each with the place of its batch, as [`Batch::fire`] does; one that is there and undecided with a later end.
 pub(super) fn fire(
     batches: &[Batch<'_>],
     wanted: &[(usize, ShotOrder)],
@@ -161,21 +161,33 @@ pub(super) fn fire(
         fired(&table);
         Ok(())
     };
+    let setup = |(batch, order): &(usize, ShotOrder)| {
+        let Batch { case, .. } = &batches[*batch];
+        ShotSetup {
+            case,
+            order: *order,
+            later_end: batches[*batch].table().find(*order).and_then(|row| row.later_end(case)),
+        }
+    };
+    let shots: Vec<ShotSetup<'_>> = wanted.iter().map(setup).collect();
     if let Some(device) = &first.device {
-        let shots: Vec<_> = wanted.iter().map(|(batch, order)| (&batches[*batch].case, *order)).collect();
         return locked(device).fire(&shots, &mut |number, row| add(number, row));
     }
     let shoot = |number: usize| {
-        let (batch, order) = wanted[number];
-        shoot(&batches[batch].case, order, &first.options)
-            .ok_or(BatchError::Interrupted)
-            .and_then(|row| add(number, row))
+        shoot(&shots[number], &first.options).ok_or(BatchError::Interrupted).and_then(|row| add(number, row))
     };
     in_threads(threads, 0..wanted.len(), shoot).map(drop)
 }
 
+/// A shot to be fired, and the end of its run where that is not the case's [s].
+struct ShotSetup<'c> {
+    case: &'c Case,
+    order: ShotOrder,
+    later_end: Option<f64>,
+}
+
 /// Case of a shot without output that a row does not need; or the row of one that cannot be drawn.
-fn ready(case: &Case, order: ShotOrder, seed: u32) -> Result<Case, Box<ShotRow>> {
+fn ready(&ShotSetup { case, order, later_end }: &ShotSetup<'_>, seed: u32) -> Result<Case, Box<ShotRow>> {
     let mut shot = order_case(case, seed, order).map_err(|error| {
         let mut row = ShotRow::of_failure(order, case, &error.to_string());
         row.velocity = order.velocity.unwrap_or(row.velocity);
@@ -186,15 +198,17 @@ fn ready(case: &Case, order: ShotOrder, seed: u32) -> Result<Case, Box<ShotRow>>
     shot.output.frames = 0;
     shot.output.profile_times.clear();
     shot.expect.clear();
+    shot.solver.end_time = later_end.unwrap_or(shot.solver.end_time);
     Ok(shot)
 }
 
 /// Row of a shot on the processor; `None` where it was given up.
-fn shoot(case: &Case, order: ShotOrder, options: &BatchOptions<'_>) -> Option<ShotRow> {
+fn shoot(setup: &ShotSetup<'_>, options: &BatchOptions<'_>) -> Option<ShotRow> {
     if options.stopped() {
         return None;
     }
-    let shot = match ready(case, order, options.seed) {
+    let order = setup.order;
+    let shot = match ready(setup, options.seed) {
         Ok(shot) => shot,
         Err(row) => return Some(*row),
     };
@@ -222,26 +236,27 @@ struct DeviceRunner<'a> {
 
 impl<'a> DeviceRunner<'a> {
     /// Computes shots and hands their rows over as they end, in any order, each with its number among `shots`.
-    fn fire(&mut self, shots: &[(&Case, ShotOrder)], done: &mut Done<'_>) -> Result<(), BatchError> {
+    fn fire(&mut self, shots: &[ShotSetup<'_>], done: &mut Done<'_>) -> Result<(), BatchError> {
         let mut numbers = 0..;
         for some in shots.chunks(WAITING) {
             let mut groups: Vec<(Vec<Waiting>, Vec<PreparedShot>)> = Vec::new();
-            for (number, (case, order)) in numbers.by_ref().zip(some) {
+            for (number, setup) in numbers.by_ref().zip(some) {
                 if self.options.stopped() {
                     return Err(BatchError::Interrupted);
                 }
-                let prepared = ready(case, *order, self.options.seed).and_then(|case| {
+                let order = setup.order;
+                let prepared = ready(setup, self.options.seed).and_then(|case| {
                     PreparedShot::new(case.clone())
-                        .map_err(|error| Box::new(ShotRow::of_failure(*order, &case, &error.to_string())))
+                        .map_err(|error| Box::new(ShotRow::of_failure(order, &case, &error.to_string())))
                 });
                 match prepared {
                     Err(row) => done(number, *row)?,
                     Ok(shot) => match groups.iter_mut().find(|(_, shots)| shots[0].fits(&shot)) {
                         Some((orders, shots)) => {
-                            orders.push((number, *order));
+                            orders.push((number, order));
                             shots.push(shot);
                         }
-                        None => groups.push((vec![(number, *order)], vec![shot])),
+                        None => groups.push((vec![(number, order)], vec![shot])),
                     },
                 }
             }

@@ -17,7 +17,7 @@ use crate::case::{Case, Drawn, RANGE_STREAM};
 use crate::num::random::DrawKey;
 use crate::output::checks::{Level, advice, checks};
 use crate::output::csv::{number, quoted};
-use crate::output::{Folder, OutputError, absorbed_energy, residual_velocity};
+use crate::output::{Breakage, Folder, OutputError, absorbed_energy, residual_velocity};
 use crate::run::Run;
 use crate::run::outcome::Outcome;
 
@@ -30,7 +30,7 @@ const GOLDEN: f64 = 0.618_033_988_749_894_9;
 /// Columns before those of what was drawn.
 const FIRST: [&str; 3] = ["shot", "asked_velocity_m_s", "velocity_m_s"];
 /// Columns after them.
-const LAST: [&str; 14] = [
+const LAST: [&str; 16] = [
     "outcome",
     "perforated",
     "count",
@@ -42,12 +42,16 @@ const LAST: [&str; 14] = [
     "max_deflection_mm",
     "failed_warp",
     "failed_weft",
+    "torn_off",
+    "end_time_us",
     "steps",
     "trust",
     "reason",
 ];
 /// Numbers of a run among them, from `impact_energy_j` to `steps`.
-const NUMBERS: std::ops::Range<usize> = 4..12;
+const NUMBERS: std::ops::Range<usize> = 4..14;
+/// A shot that is undecided is fired again with an end so many times as late, up to so many times that of its case.
+const LATER: [f64; 2] = [4.0, 64.0];
 
 /// Request of shots.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -169,9 +173,12 @@ impl ShotRow {
     pub(super) fn of_run(order: ShotOrder, case: &Case, run: &Run) -> Self {
         let last = run.history.last().copied().unwrap_or_default();
         let reason = match (&run.divergence, &run.lost, run.outcome) {
-            (Some(found), ..) => format!("unstable: {} in {} at step {}", found.quantity, found.kernel, found.step),
+            (Some(found), ..) => format!(
+                "unstable: {} in {} at step {}; lower /solver/courant",
+                found.quantity, found.kernel, found.step
+            ),
             (None, Some(lost), _) => one_line(lost),
-            (None, None, Outcome::Running) => "undecided at the end of the run".to_owned(),
+            (None, None, Outcome::Running) => "undecided at the end of the run; raise /solver/end_time_us".to_owned(),
             _ => String::new(),
         };
         Self {
@@ -185,6 +192,8 @@ impl ShotRow {
                 run.deflection() * 1e3,
                 last.failed[0] as f64,
                 last.failed[1] as f64,
+                f64::from(u8::from(Breakage::of(case, run).is_torn_off())),
+                case.solver.end_time * 1e6,
                 run.steps as f64,
             ],
             trust: advice(&checks(case, run)).0.advice().to_owned(),
@@ -215,9 +224,31 @@ impl ShotRow {
         }
     }
 
+    /// Whether the pack was perforated, or has torn off its frame whatever became of the projectile; `None` without a decision.
+    pub(super) fn defeats(&self) -> Option<bool> {
+        self.perforated().max((self.is_torn_off() && self.outcome.is_some()).then_some(true))
+    }
+
+    /// Whether the pack has torn off its frame before it broke at the hit.
+    pub(super) fn is_torn_off(&self) -> bool {
+        self.number("torn_off") == Some(1.0)
+    }
+
+    /// End of the run with which an undecided shot is fired again [s]; `None` where it is decided, or has run for long enough.
+    pub(super) fn later_end(&self, case: &Case) -> Option<f64> {
+        let is_open = self.outcome == Some(Outcome::Running) && self.defeats().is_none();
+        let end = LATER[0] * 1e-6 * self.number("end_time_us").filter(|_| is_open)?;
+        (end <= 1.001 * LATER[1] * case.solver.end_time).then_some(end)
+    }
+
     /// Kinetic energy that the projectile has lost [J].
     pub fn absorbed_energy(&self) -> Option<f64> {
-        self.numbers.get(1).copied()
+        self.number("absorbed_energy_j")
+    }
+
+    /// Number of the run by its column.
+    fn number(&self, column: &str) -> Option<f64> {
+        self.numbers.get(LAST[NUMBERS].iter().position(|name| *name == column)?).copied()
     }
 
     /// Row as `ripstop fit` reads it.

@@ -4,12 +4,12 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::batch::notes;
-use super::interval::{Bounds, outer_end, peak, student_t};
+pub use super::interval::ThresholdSample;
+use super::interval::{Bounds, student_t};
 use super::limit::{Limit, Passed, QUANTILES, Quantile};
-use super::report::{Report, headline, residual_panel, threshold_panel};
-use super::v50::{FoundThreshold, V50Request, middle};
+use super::report::{Report, ReportTable, headline, residual_panel, threshold_panel};
+use super::v50::{AS_WOVEN, FoundThreshold, middle};
 use crate::case::{Accuracy, Case, Numerics, case_hash};
-use crate::num::link::Link;
 use crate::output::number::short;
 
 /// Part of mesh and time step in a limit, over the limit \[-\]: twice what half as long elements do to the README's ply
@@ -22,79 +22,9 @@ const NUMERICAL_CONVERGED: f64 = 0.0125;
 const NUMERICAL_PAPER: f64 = 0.115;
 /// Part that is left once a finer mesh has corrected a limit: place of the mesh and time step, the largest spread (docs/src/objectivity.md).
 const NUMERICAL_REST: f64 = 0.005;
-/// Range of ln(σ/σ̂) that is searched.
-const SPREAD: f64 = 6.0;
-
-/// Thresholds as a normal sample.
-///
-/// The interval of a quantile q is that of the likelihood ratio, with σ chosen best at each q. It ends where the log-likelihood has fallen
-/// by ½ n ln\[1 + t²/(n − 1)\] with Student's t, so that the interval of the mean is exact for normal thresholds, whatever their number.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ThresholdSample {
-    /// Number of thresholds.
-    pub count: usize,
-    /// Mean: V50, in the unit of the thresholds.
-    pub mean: f64,
-    /// Standard deviation, without what the width of the brackets adds.
-    pub sigma: f64,
-}
-
-impl ThresholdSample {
-    /// Sample of thresholds, each the middle of a bracket of this width; `None` of none.
-    pub fn new(thresholds: &[f64], bracket: f64) -> Option<Self> {
-        let n = thresholds.len() as f64;
-        let mean = thresholds.iter().sum::<f64>() / n;
-        let squares: f64 = thresholds.iter().map(|threshold| (threshold - mean).powi(2)).sum();
-        let variance = if n > 1.0 { squares / (n - 1.0) } else { 0.0 };
-        // Sheppard: a value rounded to a width scatters by that width over √12 more.
-        let sigma = (variance - bracket * bracket / 12.0).max(0.0).sqrt();
-        (!thresholds.is_empty()).then_some(Self { count: thresholds.len(), mean, sigma })
-    }
-
-    /// Threshold that a part `p` of the realisations lies below.
-    pub fn quantile(&self, p: f64) -> f64 {
-        self.mean + self.sigma * Link::Probit.quantile(p)
-    }
-
-    /// Part of the realisations that are perforated at a velocity.
-    pub fn probability(&self, velocity: f64) -> f64 {
-        match self.sigma {
-            sigma if sigma > 0.0 => Link::Probit.probability((velocity - self.mean) / sigma),
-            _ if velocity < self.mean => 0.0,
-            _ => 1.0,
-        }
-    }
-
-    /// Interval of [`ThresholdSample::quantile`] with this two-sided confidence; without ends of fewer than two thresholds.
-    pub fn interval(&self, p: f64, level: f64) -> Bounds {
-        let value = self.quantile(p);
-        let n = self.count as f64;
-        if self.count < 2 {
-            return Bounds::default();
-        }
-        if self.sigma == 0.0 {
-            return Bounds { low: Some(value), high: Some(value) };
-        }
-        let t = student_t(level, self.count as u64 - 1);
-        let fall = 0.5 * n * (t * t / (n - 1.0)).ln_1p();
-        let most_likely = (1.0 - 1.0 / n) * self.sigma * self.sigma;
-        let z = Link::Probit.quantile(p);
-        // Log-likelihood over its part that does not change, with the best σ.
-        let height = |q: f64| {
-            let at = |log: f64| {
-                let sigma = self.sigma * log.exp();
-                let off = self.mean - q + z * sigma;
-                -n * log - 0.5 * n * (most_likely + off * off) / (sigma * sigma)
-            };
-            peak(at, -SPREAD, SPREAD, 1e-9).1
-        };
-        let best = -0.5 * n * (1.0 - 1.0 / n).ln() - 0.5 * n;
-        let above = |q: f64| height(q) - (best - fall);
-        let step = 0.5 * self.sigma / n.sqrt();
-        let end = |side: f64| outer_end(above, value, side * step, side * f64::INFINITY, 1e-9 * self.sigma);
-        Bounds { low: end(-1.0), high: end(1.0) }
-    }
-}
+/// Limits computed so far over measured ones, least and largest, by the part of strength that yarns keep: as published, as woven
+/// (docs/src/validation.md).
+const OVER_MEASURED: [(f64, [f64; 2]); 2] = [(1.0, [0.97, 1.67]), (AS_WOVEN[0], [0.80, 1.35])];
 
 /// Thresholds of a few realisations on a finer mesh over those on the mesh of the case.
 ///
@@ -152,6 +82,21 @@ pub struct V50Width {
     pub bracket: f64,
 }
 
+/// Request of a V50.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct V50Request {
+    /// Realisations at most.
+    pub count: u32,
+    /// Half the width of the interval over V50 at which to stop early.
+    pub until_width: Option<f64>,
+    /// Width of the bracket of a threshold, over its lower end.
+    pub bracket: f64,
+    /// Realisations whose threshold is looked for on the converged mesh too, by which V50 is corrected.
+    pub refined: u32,
+    /// Two-sided confidence of all intervals.
+    pub level: f64,
+}
+
 /// Result of a campaign.
 #[derive(Clone, Debug, Default)]
 pub struct V50Result {
@@ -169,8 +114,10 @@ pub struct V50Result {
     pub thresholds: Vec<Result<[f64; 2], String>>,
     /// Shift of the thresholds by the converged mesh, where it was asked for; V50 and [`V50Result::middles`] hold it.
     pub refinement: Option<Refinement>,
-    /// Shots on that mesh.
-    pub refined_shots: usize,
+    /// Shots on that mesh, and with yarns as woven.
+    pub other_shots: [usize; 2],
+    /// Limit with yarns as woven, where it was found, with its numerical error; V50 is that with yarns as published [m/s].
+    pub as_woven: Option<[f64; 3]>,
     /// Sample of the thresholds.
     pub sample: Option<ThresholdSample>,
     /// Realisations whose outcome turned more than once.
@@ -179,6 +126,10 @@ pub struct V50Result {
     pub shots: usize,
     /// Shots without an outcome.
     pub failed: usize,
+    /// Shots that were caught by cloth that had torn off its frame: no stops.
+    pub torn_off: usize,
+    /// Whether this is the one threshold of a case in which nothing varies: a ballistic limit, with a numerical error alone.
+    pub is_alone: bool,
 }
 
 impl V50Result {
@@ -188,13 +139,25 @@ impl V50Result {
         self.thresholds.iter().filter_map(|found| Some(factor * middle(*found.as_ref().ok()?))).collect()
     }
 
+    /// Name of the limit: `V50` or `ballistic limit`.
+    pub fn name(&self) -> &'static str {
+        if self.is_alone { "ballistic limit" } else { "V50" }
+    }
+
+    /// Reason why there is no limit, and what to do; `None` where there is one.
+    pub fn missing(&self) -> Option<String> {
+        let reason = self.thresholds.iter().find_map(|found| found.as_ref().err());
+        reason.filter(|_| self.v50.is_none()).map(|reason| format!("no {}: {reason}", self.name()))
+    }
+
     /// Estimate from thresholds. `passed`: shots that perforated.
     pub(super) fn new(found: &[FoundThreshold], passed: Vec<Passed>, case: &Case, request: &V50Request) -> Self {
         let level = request.level;
-        let pair = |found: &FoundThreshold| Some([middle(found.bracket.clone().ok()?), middle(found.refined?)]);
+        let pair = |found: &FoundThreshold| Some([middle(found.bracket.clone().ok()?), middle(found.others[0]?)]);
         let pairs: Vec<[f64; 2]> = found.iter().filter_map(pair).collect();
         let turned = found.iter().enumerate().filter(|(_, found)| !found.monotone);
         let mut result = Self {
+            is_alone: !case.varies(),
             thresholds: found.iter().map(|found| found.bracket.clone()).collect(),
             refinement: Refinement::new(&pairs),
             non_monotone: turned.map(|(realisation, _)| realisation).collect(),
@@ -224,6 +187,11 @@ impl V50Result {
             _ => Bounds { low: Some(v50), high: Some(v50) },
         };
         let other = numerical.hypot(bracket);
+        let woven = |ends: [f64; 2]| {
+            let limit = result.refinement.map_or(1.0, |refinement| refinement.factor()) * middle(ends);
+            let off = limit * other / v50;
+            [limit, limit - off, limit + off]
+        };
         let sampling = own.low.zip(own.high).map(|(low, high)| 0.5 * (high - low));
         Self {
             v50: Some(v50),
@@ -234,6 +202,7 @@ impl V50Result {
             width: V50Width { sampling, numerical, bracket },
             sigma: (sample.count > 1).then_some(sample.sigma),
             sample: Some(sample),
+            as_woven: found.first().and_then(|found| found.others[1]).map(woven),
             ..result
         }
     }
@@ -248,21 +217,27 @@ impl V50Result {
         let assumed = case.fields.iter().filter(|field| field.assumed).map(|field| field.pointer.as_str());
         let [quantiles, _, residual] = self.limit.json();
         json!({
+            "quantity": self.name(),
             "v50_m_s": self.v50,
             "low_m_s": self.bounds.low,
             "high_m_s": self.bounds.high,
-            "level": request.level,
+            "level": (!self.is_alone).then_some(request.level),
             "sigma_m_s": self.sigma,
             "v10_m_s": quantile(0.1),
             "v90_m_s": quantile(0.9),
             "half_width_m_s": self.width,
             "refinement": self.refinement.map(|found| json!({
                 "realisations": found.count, "ratio": found.ratio, "factor": found.factor(), "sigma": found.sigma,
-                "shots": self.refined_shots,
+                "shots": self.other_shots[0],
             })),
+            "as_woven": self.as_woven().map(|(retention, [v50, low, high], over_measured)| json!({
+                "retention": retention, "v50_m_s": v50, "low_m_s": low, "high_m_s": high,
+                "over_measured_so_far": over_measured,
+            })).collect::<Vec<_>>(),
             "realisations": self.thresholds.len(),
             "shots": self.shots,
             "failed": self.failed,
+            "torn_off": self.torn_off,
             "non_monotone": self.non_monotone.len(),
             "non_monotone_realisations": self.non_monotone,
             "quantiles": quantiles,
@@ -278,13 +253,21 @@ impl V50Result {
         })
     }
 
+    /// Rows of strength that yarns keep: the part, limit with its numerical error [m/s], and limits so far over measured ones. None where
+    /// there is no limit as woven.
+    fn as_woven(&self) -> impl Iterator<Item = (f64, [f64; 3], [f64; 2])> {
+        let published = [self.v50, self.bounds.low, self.bounds.high].map(Option::unwrap_or_default);
+        let rows = self.as_woven.map(|woven| [published, woven]).into_iter().flatten();
+        rows.zip(OVER_MEASURED).map(|(limit, (retention, over))| (retention, limit, over))
+    }
+
     /// Sentences that a reader should know before the numbers are used.
     pub fn notes(&self, case: &Case) -> Vec<String> {
         let mut notes = match case.varies() {
             true => notes(case),
             false => vec![
-                "nothing varies from shot to shot: this is one threshold, and its interval holds mesh, time step and bracket alone. \
-                 Give the case a variability for V10, V90 and an interval of many shots"
+                "nothing varies from shot to shot: this is one threshold, and its numerical error is of mesh, time step and bracket alone. \
+                 Give the case a variability for V10, V50, V90 and an interval of many shots"
                     .to_owned(),
             ],
         };
@@ -309,22 +292,34 @@ impl V50Result {
         if self.failed > 0 {
             notes.push(format!("{} of {} shots have no outcome: see v50.csv", self.failed, self.shots));
         }
+        if self.torn_off > 0 {
+            notes.push(format!(
+                "{} of {} shots were caught by cloth that had torn off its frame, and are no stops: the limit may be that of the frame",
+                self.torn_off, self.shots
+            ));
+        }
         notes
     }
 
     /// Result in words, tables and drawings.
     pub fn report(&self, case: &Case, request: &V50Request) -> Report {
         let known = self.thresholds.iter().filter(|found| found.is_ok()).count();
-        let finer = match self.refined_shots {
-            0 => String::new(),
-            count => format!(", {count} on the converged mesh"),
-        };
-        let counts = format!("thresholds: {known} of {}, shots: {}{finer}", self.thresholds.len(), self.shots);
+        let others = self.other_shots.into_iter().zip(["on the converged mesh", "with yarns as woven"]);
+        let others: String =
+            others.filter(|(count, _)| *count > 0).map(|(count, of)| format!(", {count} {of}")).collect();
+        let counts = format!("thresholds: {known} of {}, shots: {}{others}", self.thresholds.len(), self.shots);
         let mut tables = self.limit.tables(request.level);
         if self.sigma.is_none() {
             tables.remove(0);
         }
-        let thresholds = self.sample.map(|sample| threshold_panel(self, &sample));
+        let row = |(retention, limit, over): (f64, [f64; 3], [f64; 2])| {
+            let numbers = limit.map(|limit| short(limit, 4)).into_iter().chain(over.map(|over| format!("{over:.2}")));
+            let yarns = if retention == 1.0 { "as published" } else { "as woven (assumed)" };
+            [yarns.to_owned(), short(retention, 3)].into_iter().chain(numbers).collect()
+        };
+        let heads = ["yarns", "strength", "limit m/s", "low", "high", "over measured from", "to"];
+        tables.insert(0, ReportTable::new("strength of the yarns", &heads, 1).rows(self.as_woven().map(row), ""));
+        let thresholds = self.sample.filter(|_| !self.is_alone).map(|sample| threshold_panel(self, &sample));
         Report {
             title: case.title.clone(),
             counts: vec![counts],
@@ -337,18 +332,30 @@ impl V50Result {
 
     /// V50, σ, and the parts of the interval.
     fn answer(&self, level: f64) -> Vec<String> {
-        let Some(v50) = self.v50 else { return vec!["no V50".to_owned()] };
+        let Some(v50) = self.v50 else { return vec![self.missing().unwrap_or_default()] };
         let metres = |width: f64| format!("± {} m/s", short(width, 2));
         let sampling = match self.width.sampling {
             Some(0.0) => "none".to_owned(),
             sampling => sampling.map_or_else(|| "no end".to_owned(), metres),
         };
         let [numerical, bracket] = [self.width.numerical, self.width.bracket].map(metres);
+        if self.is_alone {
+            let [low, high] = self.bounds.words();
+            let limit = format!("ballistic limit {} m/s, numerical error: {low} to {high} m/s", short(v50, 4));
+            return vec![limit, format!("of that: mesh and time step {numerical}, bracket {bracket}"), over_measured()];
+        }
         let mut lines = vec![headline(v50, level, self.bounds.words())];
         lines.extend(self.sigma.map(|sigma| format!("σ {} m/s", short(sigma, 3))));
         lines.push(format!("of that: sampling {sampling}, mesh and time step {numerical}, brackets {bracket}"));
+        lines.push(over_measured());
         lines
     }
+}
+
+/// Line on what is in no interval.
+fn over_measured() -> String {
+    let [(_, [from, to]), (part, [from_woven, to_woven])] = OVER_MEASURED;
+    format!("limits so far {from:.2}-{to:.2} x measured (with {part}: {from_woven:.2}-{to_woven:.2})")
 }
 
 /// Part of mesh and time step in a limit, over the limit \[-\].

@@ -90,6 +90,17 @@ fn a_limit_has_its_agreed_names() {
 }
 
 #[test]
+fn a_limit_that_is_not_found_is_an_error_with_what_to_do() {
+    let mut case = varies();
+    case.as_object_mut().unwrap().remove("variability");
+    let output = typed(&bench_of(&case), "v50 shot.json --set /solver/end_time_us=0.2 -o out");
+    let error = stderr(&output);
+    assert_eq!(code(&output), 1, "{error}");
+    assert!(error.contains("no ballistic limit") && error.contains("raise /solver/end_time_us"), "{error}");
+    assert!(stdout(&output).contains("no ballistic limit") && stdout(&output).contains("v50.csv"));
+}
+
+#[test]
 fn a_sweep_prints_and_writes_its_points() {
     let bench = bench();
     let output =

@@ -4,7 +4,7 @@ use super::*;
 
 const SUMMARY: &str = "trust notes residual_velocity_scatter_m_s broken_yarns failures_at outcome residual_velocity_m_s \
     rebound_velocity_m_s carried_velocity_m_s stop_time_us absorbed_energy_j max_deflection_mm max_penetration_mm \
-    max_ply_penetration_mm last_ply_deflection_mm perforated_plies plies energy_error momentum_error hourglass_fraction failed_yarns \
+    max_ply_penetration_mm last_ply_deflection_mm fabric_energy_before_j exchanged_energy_j perforated_plies plies energy_error momentum_error hourglass_fraction failed_yarns \
     eroded_elements energy_gained law_energy_j ply_separation_j viscous_dissipation_j breaking_load_ratio newton elements steps \
     time_step_us element_steps element_steps_computed wall_s loop_s element_steps_per_s skipped backend adapter threads precision \
     version case_hash assumed warnings timings expect interrupted unstable device_lost checkpoint_failed host_overhead_s \

@@ -129,7 +129,7 @@ fn campaign(number: u32, row: u32, count: u32, width: f64, threshold: impl Fn(f6
     for realisation in 0..count {
         let [u, ..] = DrawKey { seed: 11, shot: number, ply: row, yarn: realisation, element: 0 }.uniform();
         let threshold = threshold(u);
-        let ends = bracket(rungs, rungs.nearest(MU), 4, |rung| Ok(rungs.velocity(rung) > threshold)).unwrap();
+        let ends = bracket(rungs, rungs.nearest(MU), 4, &[], |rung| Ok(rungs.velocity(rung) > threshold)).unwrap();
         let [low, high] = ends.map(|rung| rungs.velocity(rung));
         middles.push(middle([low, high]));
         width_sum += (high - low) / f64::from(count);

@@ -101,21 +101,33 @@ fn weak_yarns_let_pass_what_strong_ones_stop() {
         let strength = format!(r#"/variability/yarn_strength={{"shape": 10, "gauge_length_mm": {gauge}}}"#);
         scene::run(&small(&[&strength, &format!("/variability/shot={shot}"), "/projectile/velocity_m_s=90"]))
     };
-    let (strong, weak) = (run("1000", "1"), run("0.02", "1"));
+    let (strong, weak) = (run("100000", "1"), run("0.02", "1"));
     assert_eq!((strong.outcome, weak.outcome), (Outcome::Stopped, Outcome::Perforated));
     assert!(strong.planes.copies() == 1, "a scene whose yarns differ has no mirror planes");
     assert_ne!(weak.events, run("0.02", "2").events);
     // A shape so large that all elements are alike gives back the fabric's own strength, mirror planes or not.
-    let even = r#"/variability/yarn_strength={"shape": 1000, "gauge_length_mm": 0.65}"#;
+    let even = r#"/variability/yarn_strength={"shape": 1000, "gauge_length_mm": 25}"#;
     let even = scene::run(&small(&[even, "/variability/shot=1", "/projectile/velocity_m_s=110"]));
     let plain = scene::run(&small(&["/projectile/velocity_m_s=110"]));
     assert_eq!(even.outcome, plain.outcome);
 }
 
 #[test]
+fn a_yarn_as_woven_is_one_that_breaks_at_a_part_of_its_strain() {
+    let run = |key: &str, values: [f64; 2]| {
+        let [warp, weft] =
+            [("warp", values[0]), ("weft", values[1])].map(|(yarn, value)| format!("/fabric/{yarn}/{key}={value}"));
+        scene::run(&small(&[&warp, &weft, "/projectile/velocity_m_s=110"]))
+    };
+    let (woven, weaker) =
+        (run("strength_retention", [0.785, 0.9]), run("failure_strain", [0.035 * 0.785, 0.035 * 0.9]));
+    assert!(!woven.events.is_empty() && woven.events == weaker.events && woven.history == weaker.history);
+}
+
+#[test]
 fn an_element_is_judged_by_its_own_strength_where_no_length_is_given() {
     let paper = ["/solver/numerics=paper", "/solver/end_time_us=200", "/projectile/velocity_m_s=230"];
-    let even = r#"/variability/yarn_strength={"shape": 1000, "gauge_length_mm": 1.3}"#;
+    let even = r#"/variability/yarn_strength={"shape": 1000, "gauge_length_mm": 25}"#;
     let plain = scene::run(&small(&paper));
     let even = scene::run(&small(&[&paper[..], &[even, "/variability/shot=0"]].concat()));
     let first = |run: &ripstop::run::Run| run.events.first().unwrap().step;

@@ -93,6 +93,7 @@ pub(crate) fn yarn(stiffness: f64, half_span: f64, crimp: f64) -> Yarn {
         linear_density: DENSITY,
         modulus: stiffness,
         failure_strain: FAILURE_STRAIN,
+        strength_retention: 1.0,
         count: 0.5 / half_span,
         crimp,
     }

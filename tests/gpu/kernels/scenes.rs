@@ -137,7 +137,12 @@ const SPECIAL: [Special; 9] = [
             yaw: None,
             modulus: None,
             crimp: None,
-            yarn_strength: Some(YarnStrength { shape: 4.0, gauge_length: 1e-3, yarn_shape: Some(6.0) }),
+            yarn_strength: Some(YarnStrength {
+                shape: 4.0,
+                gauge_length: 1e-3,
+                shortest_gauge: 1e-5,
+                yarn_shape: Some(6.0),
+            }),
         });
     }),
     ("several workgroups of the energy balance", [33, 35], 1, |case| {
