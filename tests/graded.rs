@@ -11,7 +11,7 @@ use ripstop::model::Model;
 use ripstop::model::mesh::Mesh;
 use ripstop::run::{Run, Skips};
 
-use crate::scene::{builtin, run};
+use crate::scene::{builtin, run, shipped};
 
 const PAPER: &str = "cases/s720-1ply-155.json";
 
@@ -43,6 +43,27 @@ fn without_growth_it_is_the_even_mesh_to_the_last_bit() {
         assert!(!even.events.is_empty(), "yarns must fail for this to mean anything");
         assert_same(&run(&small(&[sets, &[STILL]].concat())), &even);
     }
+}
+
+#[test]
+fn a_converged_mesh_is_finer_far_from_the_hit_too() {
+    let largest = |sets: &[&str]| -> f64 {
+        let case = shipped(PAPER, &[&["/expect=[]"], sets].concat());
+        let widths = |middles: &[f64]| middles.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
+        case.layers()[0].middles().iter().map(|middles| widths(middles) / 1.27e-3).fold(0.0, f64::max)
+    };
+    let converged = "/solver/accuracy=converged";
+    for sets in [&[][..], &["/pack/elements_per_crossover=4"], &["/pack/mesh_grading=graded"]] {
+        let [default, fine] = [&[][..], &[converged]].map(|more| largest(&[sets, more].concat()));
+        assert!(
+            (5.0..6.01).contains(&default) && (1.5..2.01).contains(&fine),
+            "{sets:?}: {default} and {fine} crossovers"
+        );
+    }
+    // What a case says itself stays, and the largest elements are never smaller than the finest.
+    let said = largest(&[converged, r#"/pack/mesh_grading={"max_crossovers": 4}"#]);
+    assert!((3.0..4.01).contains(&said), "{said}");
+    assert!((largest(&[converged, "/pack/crossovers_per_element=8", "/pack/mesh_grading=graded"]) - 8.0).abs() < 1e-9);
 }
 
 #[test]

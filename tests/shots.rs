@@ -49,6 +49,19 @@ fn the_shipped_shot_perforates_with_a_closed_ledger() {
 }
 
 #[test]
+fn a_pretension_of_nothing_is_none() {
+    let history = |pretension: &str| {
+        let sets = ["/pack/width_mm=40", "/pack/height_mm=40", "/solver/end_time_us=30", "/expect=[]", pretension];
+        run(&builtin(PROTOTYPE, &sets)).history
+    };
+    let without = history("/pack/friction=0.2");
+    for forces in [r#"{"warp_n_per_m": 0, "weft_n_per_m": 0}"#, r#"{"warp_n_per_m": 0}"#, r#"{"weft_n_per_m": 0.0}"#] {
+        assert!(history(&format!("/pack/pretension={forces}")) == without, "{forces}");
+    }
+    assert!(history(r#"/pack/pretension={"warp_n_per_m": 1000}"#) != without);
+}
+
+#[test]
 fn a_ricochet_rebounds() {
     let sets = [
         "/projectile/offset_mm=[0,0]",

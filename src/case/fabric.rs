@@ -257,6 +257,12 @@ impl Yarn {
 }
 
 impl Fabric {
+    /// Mass of the yarns per area [kg/m²].
+    pub(crate) fn areal_density_of_yarns(&self) -> f64 {
+        let per_area = |yarn: &Yarn, other: &Yarn| yarn.linear_density * (1.0 + yarn.crimp) * other.count;
+        per_area(&self.warp, &self.weft) + per_area(&self.weft, &self.warp)
+    }
+
     /// Completes and checks the fabric whose keys stand at the pointer `at`.
     pub(super) fn complete(&mut self, at: &str, record: &Provenance) -> Result<(), CaseError> {
         let at = |key: &str| format!("{at}{key}");
@@ -265,8 +271,7 @@ impl Fabric {
             let error = CaseError::at(at(""), "at least one yarn", "both absent");
             return Err(error.help("leave \"absent\" out of \"warp\" or \"weft\""));
         }
-        let per_area = |yarn: &Yarn, other: &Yarn| yarn.linear_density * (1.0 + yarn.crimp) * other.count;
-        let sum = per_area(warp, weft) + per_area(weft, warp);
+        let sum = self.areal_density_of_yarns();
         let assumed = record.is_assumed(&at("/warp")) || record.is_assumed(&at("/weft"));
         record.fill(&at("/areal_density_g_m2"), &mut self.areal_density, sum, "", assumed);
         self.crossover.complete(&at("/crossover/compression"))?;

@@ -6,12 +6,14 @@ use serde::Deserialize;
 use super::error::millimetres;
 use super::keys::{WordOr, choices};
 use super::provenance::Provenance;
-use super::{Case, CaseError, Layer, MeshSize, Shape};
+use super::{Accuracy, Case, CaseError, Layer, MeshSize, Shape};
 
 /// Fine elements reach this far from the projectile's wall by default, over its radius [-].
 const FINE_RADII: f64 = 1.0;
 /// Depth to which a point pushes a ply in before a yarn under it breaks, over the ply's smaller side [-]: slopes of a quarter stretch yarns by 3 %.
 const PUSHED_IN: f64 = 0.125;
+/// Crossovers along a side of the largest elements by default, and where the result is to be converged.
+const LARGEST: [u32; 2] = [6, 2];
 /// Places closer than this to a line of nodes are on it, over the element length [-].
 const ON_LINE: f64 = 1e-6;
 
@@ -60,11 +62,11 @@ pub(super) struct GradingKeys {
     /// Default: measured: smaller ones keep the outcome no better.
     #[schemars(range(min = 1, max = 2), extend("default" = 1.2))]
     growth_ratio: f64,
-    /// Crossovers along a side of the largest elements.
+    /// Crossovers along a side of the largest elements. Waves lose energy in large ones: a limit is a few per cent low.
     ///
-    /// Default: measured: smaller ones keep the outcome no better.
-    #[schemars(range(min = 1, max = 64), extend("default" = 6))]
-    max_crossovers: u32,
+    /// Otherwise: numerics and accuracy: six (converged: two), no fewer than crossovers_per_element.
+    #[schemars(range(min = 1, max = 64))]
+    max_crossovers: Option<u32>,
     /// Where lines of nodes are counted from: the hit, at which two of them cross, or the edges of the ply.
     ///
     /// Default: measured: the result does not depend on where in a cell the projectile hits.
@@ -99,7 +101,12 @@ impl Case {
                 return Err(CaseError::at(at("/fine_radius_mm"), "a radius", found).help(help));
             }
         };
-        let (side, coarsest) = (pack.crossovers_along_element(), f64::from(keys.max_crossovers));
+        let (side, finest) = (pack.crossovers_along_element(), pack.crossovers_per_element);
+        let coarsest = f64::from(keys.max_crossovers.unwrap_or_else(|| {
+            let largest = LARGEST[usize::from(self.solver.accuracy == Accuracy::Converged)].max(finest);
+            record.derive_text(&at("/max_crossovers"), largest, "", false);
+            largest
+        }));
         if coarsest < side {
             let finest = "the crossovers along a side of the finest (crossovers_per_element), which are";
             let expected = format!("at least {finest} {side}");

@@ -77,7 +77,7 @@ pub struct Pack {
     /// Default: assumed: not published for this fabric.
     #[schemars(range(min = 0, max = 2), extend("default" = 0.2))]
     pub friction: f64,
-    /// Initial membrane force of every ply, along its own yarns [N/m].
+    /// Initial membrane force of every ply, along its own yarns; none where neither is above 0 [N/m].
     #[serde(deserialize_with = "pretension")]
     #[schemars(with = "Pretension", extend("default" = {}))]
     pub pretension: Option<[Option<f64>; 2]>,
@@ -162,7 +162,8 @@ struct Pretension {
 
 fn pretension<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<[Option<f64>; 2]>, D::Error> {
     let Pretension { warp, weft } = Pretension::deserialize(deserializer)?;
-    Ok((warp.is_some() || weft.is_some()).then_some([warp, weft]))
+    // Without a force there is no stretch to look for: a crossover without friction carries none over a range of them.
+    Ok([warp, weft].iter().flatten().any(|force| *force > 0.0).then_some([warp, weft]))
 }
 
 /// w = amplitude · sin(m π X/width) · sin(n π Y/height); 0 half waves along a direction: constant there.

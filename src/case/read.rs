@@ -174,7 +174,7 @@ pub(crate) fn converged(case: &Case) -> Option<Case> {
     let mut document = case.as_run.clone();
     document["solver"]["accuracy"] = json!("converged");
     let finer = rebuilt(case, document).ok()?;
-    (finer.pack.elements_per_crossover > case.pack.elements_per_crossover).then_some(finer)
+    (finer.pack.mesh != case.pack.mesh).then_some(finer)
 }
 
 /// Case whose impact velocity is the one asked for: its scatter moves shots, not the limit.

@@ -38,7 +38,7 @@ pub struct Solver {
     /// Default: measured: tension shocks neither ring nor make energy.
     #[schemars(extend("default" = "default"))]
     pub numerics: Numerics,
-    /// Refinement of the mesh around the hit, where elements_per_crossover is left out.
+    /// Refinement of the mesh, where elements_per_crossover and max_crossovers are left out.
     ///
     /// Default: measured: a ballistic limit within 5 % of the converged one.
     #[schemars(extend("default" = "default"))]

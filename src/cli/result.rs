@@ -70,7 +70,7 @@ fn damage(case: &Case, run: &Run) -> String {
     let [warp, weft, total] = [found.yarns[0], found.yarns[1], found.yarns.iter().sum()].map(|n| grouped(n as u64));
     let [pieces, hit, edges, elsewhere] =
         [found.pieces(), found.at_hit, found.at_edges, found.elsewhere].map(|count| grouped(count as u64));
-    let places = format!("{pieces}: {hit} within two diameters of the hit, {edges} at edges, {elsewhere} elsewhere");
+    let places = format!("{pieces}: {hit} at the hit, {edges} at edges, {elsewhere} elsewhere");
     let rows = [("yarns", format!("{total}: {warp} warp, {weft} weft")), ("places", places)];
     part("broken", &TextTable::pairs(rows).to_string())
 }
@@ -79,14 +79,13 @@ fn damage(case: &Case, run: &Run) -> String {
 fn energy(run: &Run) -> String {
     let Some(energies) = Energies::of(run) else { return String::new() };
     let mut table = TextTable::plain(&[Align::Left, Align::Right, Align::Right]);
-    let absorbed = energies.text(energies.absorbed);
-    if run.impact_energy > 0.0 && energies.given == energies.absorbed {
-        let impact = format!("of {}", energies.text(run.impact_energy));
-        table.row(["lost by the projectile".to_owned(), absorbed, impact]);
-    } else if energies.given != 0.0 {
-        table.row(["given to the fabric".to_owned(), energies.text(energies.given)]);
-    } else {
-        table.row(["change"]);
+    for (name, energy) in &energies.sources {
+        let of = if name.ends_with("projectile") {
+            format!("of {}", energies.text(run.impact_energy))
+        } else {
+            String::new()
+        };
+        table.row([(*name).to_owned(), energies.text(*energy), of]);
     }
     for (name, energy) in &energies.shares {
         table.row([format!("  {name}"), energies.text(*energy), energies.percent(*energy)]);

@@ -2,14 +2,16 @@
 
 use std::collections::BTreeSet;
 
-use crate::case::{Case, Edge, Layer};
-use crate::run::Run;
+use crate::case::{Case, Edge, Layer, Projectile, Shape};
 use crate::run::outcome::Outcome;
+use crate::run::{Run, Sample};
 
-/// Pieces of yarn this near to the line of flight broke at the hit [diameters].
+/// Pieces of yarn this near to the line of flight broke at the hit, if no side of the ply is nearer [diameters].
 const HIT: f64 = 2.0;
-/// Pieces of yarn this near to the side of a ply broke at its edge [crossovers].
+/// Pieces of yarn this near to the side of a ply broke at its edge, if the line of flight is no nearer [crossovers].
 const EDGE: f64 = 2.0;
+/// Share of what a projectile loses in all after which it is through, and what breaks then decides nothing [-].
+const THROUGH: f64 = 0.99;
 
 /// Broken yarns of a run. A yarn that broke in several places is one yarn and as many pieces.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -17,14 +19,16 @@ const EDGE: f64 = 2.0;
 pub struct Breakage {
     /// Yarns, warp and weft.
     pub yarns: [usize; 2],
-    /// Pieces within two diameters of the line of flight.
+    /// Pieces within two diameters of the line of flight, and nearer to it than to a side of the ply.
     pub at_hit: usize,
     /// Other pieces within two crossovers of the side of a ply.
     pub at_edges: usize,
     /// All other pieces.
     pub elsewhere: usize,
-    /// Pieces at edges that are held, so far as they decide: in a perforation those that broke before the last piece at the hit, else all.
-    pub torn_off: usize,
+    /// Yarns that broke first at an edge that is held, and those that broke first at the hit, until the projectile is through.
+    pub torn_off: [usize; 2],
+    /// The same when the former led by most; where they never did, in the end.
+    pub torn_first: [usize; 2],
 }
 
 impl Breakage {
@@ -35,7 +39,7 @@ impl Breakage {
 
     /// Whether the fabric tore off its frame rather than broke at the hit.
     pub fn is_torn_off(&self) -> bool {
-        self.torn_off > self.at_hit
+        self.torn_off[0] > self.torn_off[1]
     }
 
     /// Broken yarns of a run of a case.
@@ -43,35 +47,57 @@ impl Breakage {
         let layers = case.layers();
         let plies: Vec<PlyLayout> =
             layers.iter().flat_map(|layer| vec![PlyLayout::new(case, layer); layer.plies as usize]).collect();
-        let hit = case.projectile.as_ref().map(|p| (p.offset, HIT * p.shape.diameter()));
+        let reach = case.projectile.as_ref().map_or(0.0, |p| HIT * p.shape.diameter());
+        let decided = through(run);
         let mut broken: [BTreeSet<(u32, usize)>; 2] = Default::default();
-        let mut found = Self::default();
-        let (mut last_at_hit, mut at_held) = (0, Vec::new());
+        let (mut found, mut now) = (Self::default(), [0; 2]);
         for event in &run.events {
             let Some(ply) = plies.get(event.ply as usize) else { continue };
             let element = [event.i as usize, event.j as usize];
             // A warp yarn runs along X: its number is that of its place along Y.
             let yarn = usize::from(event.yarn.min(1));
             let across = 1 - yarn;
-            broken[yarn].extend(ply.yarns(across, element[across]).map(|number| (event.ply, number)));
-            let near_hit = hit.is_some_and(|(aim, reach)| ply.distance(element, aim) <= reach);
-            if near_hit {
+            let numbers = ply.yarns(across, element[across]);
+            let new = numbers.filter(|number| broken[yarn].insert((event.ply, *number))).count();
+            let to_hit = case.projectile.as_ref().map_or(f64::INFINITY, |p| ply.distance(element, p));
+            let is_nearer_to_hit = to_hit <= ply.to_side(element);
+            let counts = event.step as f64 * run.time_step <= decided;
+            if is_nearer_to_hit && to_hit <= reach {
                 found.at_hit += 1;
-                last_at_hit = last_at_hit.max(event.step);
-            } else if ply.is_at_edge(element, |_| true) {
+                now[1] += if counts { new } else { 0 };
+            } else if !is_nearer_to_hit && ply.is_at_edge(element, |_| true) {
                 found.at_edges += 1;
-                if ply.is_at_edge(element, |edge| edge != Edge::Free) {
-                    at_held.push(event.step);
-                }
+                let is_held = ply.is_at_edge(element, |edge| edge != Edge::Free);
+                now[0] += if counts && is_held { new } else { 0 };
             } else {
                 found.elsewhere += 1;
             }
+            let lead = |[torn, cut]: [usize; 2]| torn.saturating_sub(cut);
+            if lead(now) > lead(found.torn_first) {
+                found.torn_first = now;
+            }
         }
-        let decides = |step: &&u64| run.outcome != Outcome::Perforated || **step < last_at_hit;
-        found.torn_off = at_held.iter().filter(decides).count();
+        found.torn_off = now;
+        if found.torn_first == [0; 2] {
+            found.torn_first = now;
+        }
         found.yarns = broken.map(|yarns| yarns.len());
         found
     }
+}
+
+/// Distance of the hit from the nearest clamped side of any ply [m].
+pub(super) fn clearance(case: &Case) -> f64 {
+    let aim = case.projectile.as_ref().map_or([0.0; 2], |p| p.offset);
+    case.layers().iter().map(|layer| PlyLayout::new(case, layer).to_clamp(aim)).fold(f64::INFINITY, f64::min)
+}
+
+/// Time from which on what breaks decides nothing: the projectile has lost nearly all it will lose to the pack that it perforates [s].
+fn through(run: &Run) -> f64 {
+    let lost = |row: &Sample| run.impact_energy - row.balance.projectile;
+    let all = run.history.last().map_or(0.0, lost);
+    let is_through = |row: &&Sample| run.outcome == Outcome::Perforated && all > 0.0 && lost(row) >= THROUGH * all;
+    run.history.iter().find(is_through).map_or(f64::INFINITY, |row| row.time)
 }
 
 /// Places of the elements of a ply.
@@ -81,6 +107,8 @@ struct PlyLayout {
     lines: [Vec<f64>; 2],
     /// Middles of elements along warp and weft, from the middle of the ply [m].
     middles: [Vec<f64>; 2],
+    /// Half the size along warp and weft [m].
+    half_size: [f64; 2],
     /// Cosine and sine of the warp's angle.
     turn: [f64; 2],
     /// Left and right, bottom and top.
@@ -94,7 +122,8 @@ impl PlyLayout {
         let (s, c) = layer.orientation.sin_cos();
         let edges = layer.edges;
         let sides = [[edges.left, edges.right], [edges.bottom, edges.top]];
-        Self { lines, middles: layer.middles(), turn: [c, s], sides }
+        let half_size = [0, 1].map(|axis| 0.5 * layer.mesh.count[axis] as f64 * layer.mesh.length[axis]);
+        Self { lines, middles: layer.middles(), half_size, turn: [c, s], sides }
     }
 
     /// Numbers of the yarns that cross an element of this column or row. An element no wider than a yarn has the one at its middle.
@@ -108,11 +137,31 @@ impl PlyLayout {
         first..((to - 1e-6).ceil() as usize).max(first + 1)
     }
 
-    /// Distance of an element from a place in the pack's plane [m].
-    fn distance(&self, [i, j]: [usize; 2], place: [f64; 2]) -> f64 {
+    /// Distance of an element from where a projectile strikes: from a bar across it [m].
+    fn distance(&self, [i, j]: [usize; 2], projectile: &Projectile) -> f64 {
         let [x, y] = [self.middles[0][i], self.middles[1][j]];
         let [c, s] = self.turn;
-        (c * x - s * y - place[0]).hypot(s * x + c * y - place[1])
+        let mut from = [c * x - s * y - projectile.offset[0], s * x + c * y - projectile.offset[1]];
+        if let Shape::Bar { along, .. } = projectile.shape {
+            from[along as usize] = 0.0;
+        }
+        from[0].hypot(from[1])
+    }
+
+    /// Distance of an element from the nearest side of the ply [m].
+    fn to_side(&self, element: [usize; 2]) -> f64 {
+        let inwards = |axis: usize| self.half_size[axis] - self.middles[axis][element[axis]].abs();
+        inwards(0).min(inwards(1))
+    }
+
+    /// Distance of a place in the pack's plane from the nearest clamped side of the ply, less than nothing beyond it [m].
+    fn to_clamp(&self, [x, y]: [f64; 2]) -> f64 {
+        let [c, s] = self.turn;
+        let at = [c * x + s * y, c * y - s * x];
+        let sides = [0, 1].into_iter().flat_map(|axis| [0, 1].map(|end| (axis, end)));
+        let clamped = sides.filter(|(axis, end)| self.sides[*axis][*end] == Edge::Clamped);
+        let inwards = |(axis, end): (usize, usize)| self.half_size[axis] + at[axis] * [1.0, -1.0][end];
+        clamped.map(inwards).fold(f64::INFINITY, f64::min)
     }
 
     /// Whether an element begins near a side of the ply that `counts`. The outermost always does, however long it is.
@@ -135,6 +184,7 @@ mod tests {
     use crate::output::checks::{Level, checks};
     use crate::run::{self, Options};
     use crate::solver::FailureEvent;
+    use crate::solver::energy_balance::Balance;
 
     /// A 20 × 20 mm ply of S-720 (1.27 mm a crossover: 16 × 16) with this number of elements a crossover.
     fn ply(mesh: &str) -> PlyLayout {
@@ -167,7 +217,12 @@ mod tests {
         let coarse = ply(r#""crossovers_per_element": 4"#);
         assert!(at_edge(&coarse, [0, 1]) && at_edge(&coarse, [2, 3]) && !at_edge(&coarse, [1, 2]));
         // The middle of the element beside the centre is half a crossover off both ways.
-        assert!((even.distance([8, 8], [0.0, 0.0]) - 0.635e-3 * 2.0_f64.sqrt()).abs() < 1e-9);
+        let mut projectile = crate::case::shipped(&[]).projectile.unwrap();
+        projectile.offset = [0.0; 2];
+        assert!((even.distance([8, 8], &projectile) - 0.635e-3 * 2.0_f64.sqrt()).abs() < 1e-9);
+        projectile.shape = Shape::Bar { diameter: 4e-3, along: crate::case::Along::Weft };
+        assert!((even.distance([8, 0], &projectile) - 0.635e-3).abs() < 1e-9);
+        assert!((even.to_side([2, 8]) - 2.5 * 1.27e-3).abs() < 1e-9);
     }
 
     #[test]
@@ -182,25 +237,48 @@ mod tests {
         let case = crate::case::shipped(&sets);
         let run = run::run(&case, Options::default(), &AtomicBool::new(false), &mut ()).unwrap();
         let middle = [case.pack.mesh.count[0] as u32 / 2, case.pack.mesh.count[1] as u32 / 2];
-        let hit = |step| FailureEvent { step, ply: 0, i: middle[0], j: middle[1], yarn: 0, strain: 0.04 };
+        // Yarns by the last digit of the step.
+        let hit = |step: u64| {
+            let j = middle[1] - 4 + (step % 10) as u32;
+            FailureEvent { step, ply: 0, i: middle[0], j, yarn: 0, strain: 0.04 }
+        };
         let edge = |step| FailureEvent { i: 0, ..hit(step) };
-        let with = |outcome: Outcome, events: &[FailureEvent]| {
-            let mut run = run.clone();
+        let struck = |diameter: f64, outcome: Outcome, events: &[FailureEvent]| {
+            let (mut case, mut run) = (case.clone(), run.clone());
             (run.outcome, run.events) = (outcome, events.to_vec());
+            // It loses half before the third step, the rest, but for a thousandth, by the end of the sixth.
+            let lost = [(0, 0.0), (3, 0.5), (6, 0.999), (20, 1.0)];
+            let row = |(step, share)| {
+                let balance = Balance { projectile: run.impact_energy * (1.0 - share), ..Balance::default() };
+                Sample { time: f64::from(step) * run.time_step, balance, ..Sample::default() }
+            };
+            run.history = lost.map(row).into();
+            case.projectile.as_mut().unwrap().shape = Shape::Sphere { diameter };
             let check = checks(&case, &run).into_iter().find(|check| check.name == "broken at the edges").unwrap();
             let warned = check.warning.is_some_and(|warning| warning.kind.code == "W8");
             assert_eq!(check.level, if warned { Level::Look } else { Level::Fine });
             (warned, check.value)
         };
+        let with = |outcome, events: &[FailureEvent]| struck(5.5e-3, outcome, events);
         assert_eq!(with(Outcome::Stopped, &[]), (false, "0".to_owned()));
         assert_eq!(with(Outcome::Stopped, &[hit(1), edge(2)]), (false, "1".to_owned()));
         assert_eq!(with(Outcome::Stopped, &[hit(1), edge(2), edge(3)]), (true, "2".to_owned()));
         // What breaks behind a projectile that is through decides nothing.
-        assert_eq!(with(Outcome::Perforated, &[hit(1), edge(2), edge(3)]), (false, "0".to_owned()));
-        assert_eq!(with(Outcome::Perforated, &[edge(2), edge(3), hit(4), edge(5)]), (true, "2".to_owned()));
+        assert_eq!(with(Outcome::Perforated, &[hit(1), edge(7), edge(8)]), (false, "0".to_owned()));
+        assert_eq!(with(Outcome::Perforated, &[edge(2), edge(3), hit(4), edge(7)]), (true, "2".to_owned()));
+        // Cloth that broke only at the clamps, and first at the clamps.
+        assert_eq!(with(Outcome::Perforated, &[edge(2), edge(3)]), (true, "2".to_owned()));
+        assert_eq!(with(Outcome::Perforated, &[edge(1), hit(2), hit(3)]), (true, "1".to_owned()));
+        // One yarn that broke in many places is one, and broke where it broke first.
+        assert_eq!(with(Outcome::Stopped, &[hit(1), hit(2), edge(11), edge(12), edge(21)]), (false, "0".to_owned()));
+        // Whatever the projectile's size, an edge is not at the hit, nor the hit at an edge.
+        for diameter in [0.5e-3, 2e-3, 20e-3, 60e-3, 1.0] {
+            assert!(struck(diameter, Outcome::Stopped, &[edge(1), hit(2)]).0, "{diameter}");
+            assert_eq!(struck(diameter, Outcome::Stopped, &[hit(4), edge(1)]), (false, "1".to_owned()), "{diameter}");
+        }
         // No frame is there to tear off where a side is free.
         let free = crate::case::shipped(&[&sets[..], &[r#"/pack/edges={"left": "free"}"#]].concat());
         let broken = Breakage::of(&free, &Run { events: vec![hit(1), edge(2), edge(3)], ..run.clone() });
-        assert_eq!((broken.at_edges, broken.torn_off), (2, 0));
+        assert_eq!((broken.at_edges, broken.torn_off), (2, [0, 1]));
     }
 }

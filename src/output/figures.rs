@@ -6,16 +6,11 @@ use super::number::short;
 use super::plot::{self, Figure, Plot};
 use super::summary::residual_velocity;
 use crate::case::Case;
-use crate::model::unit_cell_curve::{self, CurvePoint};
 use crate::run::outcome::Outcome;
 use crate::run::{DeflectionProfile, PlySample, Run, Sample};
 
 /// Deflection profiles at most.
 const PROFILES: usize = 6;
-/// Points of the unit-cell curve.
-const POINTS: usize = 121;
-/// Stretch up to which a cell is drawn whose yarns do not break [-].
-const FAR: f64 = 1.1;
 
 /// A quantity of the history under its name.
 type HistoryCurve = (&'static str, fn(&Sample) -> f64);
@@ -51,15 +46,13 @@ pub(super) fn velocity(run: &Run) -> Figure {
 
 /// Contact force.
 pub(super) fn force(run: &Run) -> Figure {
-    // The first row's force is an impulse over one step, not a mean.
-    let rows = run.history.get(1..).unwrap_or_default();
-    let peak = rows.iter().filter(|row| row.contact_force != 0.0);
+    let peak = run.history.iter().filter(|row| row.contact_force != 0.0);
     let peak = peak.max_by(|a, b| a.contact_force.total_cmp(&b.contact_force));
-    let caption = peak.map_or("none after the first step.".to_owned(), |row| {
+    let caption = peak.map_or("none.".to_owned(), |row| {
         let (force, time) = (short(row.contact_force, 3), short(row.time * 1e6, 3));
         format!("Of the fabric on the projectile, mean between rows of the history; at most {force} N, at {time} µs.")
     });
-    let plot = peak.map(|_| over_time(0.0, "force [N]", &[line("force", rows, |row| row.contact_force)]));
+    let plot = peak.map(|_| over_time(0.0, "force [N]", &[line("force", &run.history, |row| row.contact_force)]));
     Figure::new("force", "Contact force", caption, plot)
 }
 
@@ -150,37 +143,6 @@ pub(super) fn profiles(case: &Case, run: &Run) -> Option<Figure> {
     }
     let caption = format!("The struck ply along the {along} through the point of impact, from light to dark in time.");
     (count > 0).then(|| Figure::new("profile", "Deflection profile", caption, Some(plot)))
-}
-
-/// Tensions of both yarns while the unit cell of the struck ply is stretched along one: the paper's Figure 4.
-pub(super) fn unit_cell(case: &Case) -> Option<Figure> {
-    let layers = case.layers();
-    let fabric = &layers.first()?.fabric;
-    let yarns = [&fabric.warp, &fabric.weft];
-    let stretched = yarns.iter().position(|yarn| yarn.present)?;
-    let [along, across] = if stretched == 0 { ["warp", "weft"] } else { ["weft", "warp"] };
-    let breaking = yarns.map(|yarn| yarn.breaking_strain().unwrap_or(1.0));
-    let far = ((1.0 + yarns[stretched].crimp) * (1.0 + breaking[stretched])).min(FAR);
-    let stretches: Vec<f64> = (0..POINTS).map(|n| 1.0 + (far - 1.0) * n as f64 / (POINTS - 1) as f64).collect();
-    let [warp, weft] = if stretched == 0 { [&stretches[..], &[1.0]] } else { [&[1.0], &stretches[..]] };
-    let mut curve = unit_cell_curve::solve(fabric, warp, weft);
-    let is_broken = |point: &CurvePoint| (0..2).any(|i| yarns[i].present && point.cell.strain[i] >= breaking[i]);
-    let broken = curve.iter().position(is_broken);
-    curve.truncate(broken.unwrap_or(POINTS).max(2));
-    let at = |point: &CurvePoint| (point.stretch[stretched] - 1.0) * 2e3 * yarns[stretched].half_span();
-    let top = curve.iter().flat_map(|point| point.cell.tension).fold(0.0, f64::max);
-    let title = format!("extension of a cell along the {along} [mm]");
-    let mut plot = Plot::new([0.0, curve.iter().map(at).fold(0.0, f64::max)], [0.0, top], [&title, "yarn tension [N]"]);
-    for (yarn, name) in ["warp", "weft"].into_iter().enumerate() {
-        let points: Vec<[f64; 2]> = curve.iter().map(|point| [at(point), point.cell.tension[yarn]]).collect();
-        plot.line(&format!("k{yarn}"), name, &points);
-    }
-    let caption = format!(
-        "The unit cell of {}: stretched along the {along}, held along the {across}, up to the failure of a yarn or a \
-         stretch of {FAR}; as Figure 4 of Shahkarami & Vaziri (2006) shows it.",
-        fabric.name
-    );
-    Some(Figure::new("unit-cell", "One crossing of two yarns, pulled", caption, Some(plot)))
 }
 
 /// `shot.svg`: the shot at a glance.

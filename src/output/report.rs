@@ -33,7 +33,7 @@ pub fn report(case: &Case, run: &Run, summary: &Value, animation: &Animation) ->
     let animation = Some(&animation).filter(|animation| animation.keyframes.len() > 1);
     let checks = checks(case, run);
     let strikes = case.projectile.is_some();
-    let figures: [Option<Figure>; 8] = [
+    let figures: [Option<Figure>; 7] = [
         strikes.then(|| figures::velocity(run)),
         strikes.then(|| figures::force(run)),
         animation.and_then(figures::deflection),
@@ -41,7 +41,6 @@ pub fn report(case: &Case, run: &Run, summary: &Value, animation: &Animation) ->
         figures::plies(run),
         Some(figures::failures(case, run)),
         figures::profiles(case, run),
-        figures::unit_cell(case),
     ];
     let text = |key: &str| summary[key].as_str().unwrap_or_default();
     let version = format!("{}, case hash {}", text("version"), text("case_hash"));
@@ -172,9 +171,11 @@ fn energy(run: &Run) -> Markup {
     let Some(energies) = Energies::of(run) else { return Markup::default() };
     let row =
         |(name, energy): &(&str, f64)| vec![cell(name), cell(energies.text(*energy)), cell(energies.percent(*energy))];
+    let from = energies.sources.iter().map(|(name, energy)| format!("{name} {}", energies.text(*energy)));
     html! {
         section id="spent" {
             h2 { "Where the energy went" }
+            p { "Given to the fabric: " (from.collect::<Vec<_>>().join(", ")) "." }
             (table("checks", &["given to the fabric", &energies.text(energies.given), ""], energies.shares.iter().map(row)))
         }
     }

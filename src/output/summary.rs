@@ -66,16 +66,17 @@ fn result(case: &Case, run: &Run) -> Value {
         "carried_velocity_m_s": run.carried_velocity,
         "stop_time_us": run.stop_time.map(|t| t * 1e6),
         "absorbed_energy_j": absorbed_energy(run),
+        "fabric_energy_before_j": run.fabric_energy,
+        "exchanged_energy_j": run.exchanged_energy,
         "max_deflection_mm": run.deflection() * 1e3,
         "max_penetration_mm": run.max_penetration * 1e3,
         "max_ply_penetration_mm": run.max_ply_penetration * 1e3,
-        "last_ply_deflection_mm": run.deflections.last().copied().unwrap_or(0.0) * 1e3,
+        "last_ply_deflection_mm": peak(run, |s| s.last_deflection) * 1e3,
         "perforated_plies": last.perforated_plies,
         "plies": plies(run),
         "peak_yarn_tension_n": peak(run, |s| s.balance.max_tension),
         "breaking_load_ratio": peak(run, |s| s.balance.max_load),
-        // The first row is the impulse of the first touch over a single step: it grows as the step shrinks.
-        "peak_contact_force_n": run.history.iter().skip(1).map(|s| s.contact_force).fold(0.0, f64::max),
+        "peak_contact_force_n": peak(run, |s| s.contact_force),
         "failed_yarns": { "warp": last.failed[0], "weft": last.failed[1] },
         "broken_yarns": { "warp": broken.yarns[0], "weft": broken.yarns[1] },
         "failures_at": { "hit": broken.at_hit, "edges": broken.at_edges, "elsewhere": broken.elsewhere },
@@ -194,9 +195,9 @@ pub fn costs(case: &Case, run: &Run, summary: &Value) -> impl Iterator<Item = (&
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Energies {
-    /// Kinetic energy that the projectile lost [J].
-    pub absorbed: f64,
-    /// Energy absorbed and work of prescribed motion [J].
+    /// Sources of the fabric's energy, apart: the projectile, a drive, and what it had before the shot [J].
+    pub sources: Vec<(&'static str, f64)>,
+    /// Sum of the sources [J].
     pub given: f64,
     /// Shares [J]; they add up to what was given.
     pub shares: Vec<(&'static str, f64)>,
@@ -207,35 +208,35 @@ pub struct Energies {
 impl Energies {
     /// Energies of the last state of a run; `None` without energy in it, or with numbers that are not finite.
     pub fn of(run: &Run) -> Option<Self> {
-        let (first, last) = (run.history.first()?, run.history.last()?);
-        let (start, end) = (&first.balance, &last.balance);
-        let absorbed = absorbed_energy(run);
-        let given = absorbed + end.external;
-        // The first row stands after the first contact: what the fabric moved with before is what balances it.
-        let kinetic = start.kinetic + start.contact + start.friction + start.projectile
-            - start.separation
-            - start.external
-            - run.impact_energy;
+        let (end, absorbed) = (&run.history.last()?.balance, absorbed_energy(run));
+        let all = [
+            ("lost by the projectile", absorbed),
+            ("given by the drive", end.external),
+            ("held before the shot", run.fabric_energy),
+        ];
+        // What rounding makes is no source.
+        let least = 1e-9 * all.iter().map(|source| source.1.abs()).fold(0.0, f64::max);
+        let sources: Vec<_> = all.into_iter().filter(|source| source.1 > least).collect();
+        let given = sources.iter().map(|source| source.1).sum();
         let mut shares = vec![
-            ("fabric, kinetic", end.kinetic - kinetic),
-            ("fabric, elastic", end.stored - start.stored),
-            ("hourglass", end.hourglass - start.hourglass),
+            ("fabric, kinetic", end.kinetic),
+            ("fabric, elastic", end.stored),
+            ("hourglass", end.hourglass),
             ("shock viscosity", end.viscous),
             ("contact", end.contact),
             ("friction", end.friction),
             ("yarn failure", end.failure),
         ];
-        if end.law != 0.0 {
-            shares.push(("unit-cell law", -end.law));
-        }
-        if end.separation != 0.0 {
-            shares.push(("ply separation", -end.separation));
-        }
+        let mut also = |name, energy, counts: bool| shares.extend(counts.then_some((name, energy)));
+        also("unit-cell law", -end.law, end.law != 0.0);
+        also("ply separation", -end.separation, end.separation != 0.0);
+        also("gained by the projectile", -absorbed, absorbed < -least);
+        also("taken by the drive", -end.external, end.external < -least);
         let found: f64 = shares.iter().map(|share| share.1).sum();
         shares.push(("unaccounted", given - found));
-        let scale = shares.iter().map(|share| share.1.abs()).fold(given.abs(), f64::max);
+        let scale = shares.iter().map(|share| share.1.abs()).fold(given, f64::max);
         let finite = shares.iter().all(|share| share.1.is_finite());
-        (finite && scale > 0.0).then_some(Self { absorbed, given, shares, scale })
+        (finite && scale > 0.0).then_some(Self { sources, given, shares, scale })
     }
 
     /// An energy [J] with unit and decimals that suit the largest.
@@ -330,12 +331,11 @@ fn words(case: &Case, run: &Run) -> (&'static str, String) {
             };
             ("rebounded", format!("turned {stop}{flies}, {struck}, {deflected}"))
         }
-        Outcome::Running => (
-            "undecided",
-            format!(
-                "at {reached}: {velocity} m/s left, {struck}, {deflected}; raise /solver/end_time_us for a verdict"
-            ),
-        ),
+        Outcome::Running => {
+            let has_met = run.history.iter().any(|row| row.contact_force != 0.0);
+            let advice = ["it never met the fabric", "raise /solver/end_time_us for a verdict"][usize::from(has_met)];
+            ("undecided", format!("at {reached}: {velocity} m/s left, {struck}, {deflected}; {advice}"))
+        }
     }
 }
 

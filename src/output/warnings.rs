@@ -3,10 +3,12 @@
 use serde::Serialize;
 
 use super::number::short;
-use crate::case::{Case, Field, Motion, Shape};
+use crate::case::{Case, Field, Layer, Motion, Shape};
 
 /// Mean densities a projectile may have [kg/m³]: from light plastics to osmium.
 const DENSITY_LIMITS: [f64; 2] = [900.0, 22_600.0];
+/// Areal density over that of the yarns, or the reverse, that no coating makes [-].
+const AREAL_FACTOR: f64 = 3.0;
 /// Difference of a given mass from that of the given density, over the latter [-].
 const DENSITY_TOLERANCE: f64 = 0.05;
 
@@ -61,6 +63,15 @@ pub(super) fn mass(case: &Case) -> Option<Warning> {
     Some(warning(7, found, limit, body + &words))
 }
 
+/// Warning of a fabric that weighs other than its yarns.
+pub(super) fn areal_density(case: &Case) -> Option<Warning> {
+    let found = |layer: &Layer| [layer.fabric.areal_density, layer.fabric.areal_density_of_yarns()];
+    let is_slip = |[given, yarns]: &[f64; 2]| !(yarns / AREAL_FACTOR..=yarns * AREAL_FACTOR).contains(given);
+    let [given, yarns] = case.layers().iter().map(found).find(is_slip)?.map(|density| density * 1e3);
+    let words = format!("a ply of {} g/m² has yarns of {} g/m²: a slip of a unit", short(given, 3), short(yarns, 3));
+    Some(warning(7, given, yarns, words))
+}
+
 /// Kind of warning, with its words.
 #[derive(Debug, PartialEq, Eq, Serialize)]
 #[non_exhaustive]
@@ -96,7 +107,7 @@ pub static KINDS: [WarningKind; 8] = [
     WarningKind {
         code: "W2",
         name: "energy",
-        measured: "Energy that nothing accounts for, over the initial energy (`energy_gained`), and `energy_error`.",
+        measured: "Energy that nothing accounts for, over the energy exchanged (`energy_gained`), and `energy_error`.",
         given: "above 1 % gained or lost, or a ledger error above 2 %, which is what practitioners accept",
         means: "Energy was made or lost by the arithmetic. Verdict and velocity are not to be trusted.",
         help: "Lower /solver/courant; on the GPU or in f32, run again with --backend cpu --precision f64.",
@@ -136,16 +147,16 @@ pub static KINDS: [WarningKind; 8] = [
     WarningKind {
         code: "W7",
         name: "mass",
-        measured: "Mass of the projectile over its volume, edges sharp. A bar has no mass of its own length.",
-        given: "above 22 600 kg/m³; below 900 kg/m³; or 5 % from /projectile/density_kg_m3, where mass is given too",
-        means: "No solid of this size and material has this mass: a unit, a diameter or a length may be wrong.",
-        help: "Look at /projectile: lengths in mm, mass in g. Of a hollow body give mass_g alone.",
+        measured: "Mass of the projectile over its volume, edges sharp, but for a bar; of a ply over that of its yarns.",
+        given: "above 22 600, below 900 kg/m³; 5 % from /projectile/density_kg_m3, where given too; three times, a third of the yarns",
+        means: "No solid of this size and material, no fabric of these yarns has this mass: a unit or a size may be wrong.",
+        help: "Look at /projectile: lengths in mm, mass in g; at /fabric: g/m². Of a hollow body give mass_g alone.",
     },
     WarningKind {
         code: "W8",
         name: "torn-off",
-        measured: "Pieces of yarn that broke at held sides of a ply; of a perforation, before the last at the hit.",
-        given: "for more than broke at the hit",
+        measured: "Yarns that broke first at held sides of a ply, at any time before the projectile was through.",
+        given: "for more than had broken at the hit by then",
         means: "The fabric tore off its frame before it broke at the hit: a fast shot may be stopped where a slower one passes.",
         help: "Take a larger pack (/pack/width_mm, /pack/height_mm) or free edges, and compare.",
     },

@@ -23,7 +23,7 @@ pub struct Sample {
     pub projectile_velocity: f64,
     /// Displacement of the projectile along its line of flight [m].
     pub projectile_displacement: f64,
-    /// Mean since the last row, along the line of flight [N].
+    /// Mean since the last row, along the line of flight; 0 in the first [N].
     pub contact_force: f64,
     /// Energies.
     pub balance: Balance,
@@ -31,9 +31,9 @@ pub struct Sample {
     pub failed: [u64; 2],
     /// Elements eroded so far.
     pub eroded: u64,
-    /// Largest |z displacement| of intact fabric [m].
+    /// Largest |z displacement| of intact fabric that is attached to an edge [m]. Debris does not count.
     pub deflection: f64,
-    /// Largest |z displacement| of intact fabric of the last ply [m].
+    /// The same of the last ply, the back face [m].
     pub last_deflection: f64,
     /// Plies with failures and no intact element left ahead of the projectile.
     pub perforated_plies: u32,
@@ -87,13 +87,17 @@ pub struct Run {
     pub ply_history: Vec<PlySample>,
     /// Kinetic energy of the projectile before impact [J]; the first row of the history is after first contact.
     pub impact_energy: f64,
+    /// Energy of the fabric before the shot: of pre-tension, deflection and motion [J].
+    pub fabric_energy: f64,
+    /// Most energy that the fabric ever had from the projectile, from drives and from before the shot [J]: what errors are held against.
+    pub exchanged_energy: f64,
     /// Largest penetration of a node into the projectile [m].
     pub max_penetration: f64,
     /// Largest penetration of a node into a neighbouring ply [m].
     pub max_ply_penetration: f64,
-    /// Largest |energy error| of the work done [-].
+    /// Largest |energy error| of the work done, over the energy exchanged [-].
     pub energy_error: f64,
-    /// Energy by state functions that nothing accounts for, where it was largest, over the initial energy [-].
+    /// Energy by state functions that nothing accounts for, where it was largest, over the energy exchanged [-].
     pub energy_gained: f64,
     /// Largest momentum error [-].
     pub momentum_error: f64,

@@ -51,7 +51,7 @@ pub struct EnergyBalance {
     pub(crate) hourglass: f64,
     /// Largest yarn tension [N].
     pub(crate) max_tension: f64,
-    /// Largest strain over failure strain [-].
+    /// Largest strain of a whole piece of yarn over its failure strain [-].
     pub(crate) max_load: f64,
     /// Projectile kinetic energy [J].
     projectile: f64,
@@ -127,7 +127,7 @@ pub struct Balance {
     pub projectile: f64,
     /// Work of prescribed motion.
     pub external: f64,
-    /// Error of the balance from the work on the elements: (total − initial total) over the initial energy, or over the work put in where that is larger [-].
+    /// Error of the balance from the work on the elements, total − initial total; of a sample over the energy exchanged so far [-].
     pub error: f64,
     /// Error of the balance from state functions: energy that nothing accounts for, the law's own share apart, over the same [-].
     pub gained: f64,
@@ -156,6 +156,8 @@ impl Balance {
             failure: self.failure * copies,
             projectile: self.projectile * copies,
             external: self.external * copies,
+            error: self.error * copies,
+            gained: self.gained * copies,
             ..self
         }
     }
@@ -178,14 +180,13 @@ impl EnergyBalance {
         }
     }
 
-    /// Takes the element sums of a sampling step, row by row. `load`: largest of a piece of yarn over its breaking load.
-    pub(crate) fn sample_elements(&mut self, rows: &[ElementTotals], grid: &Grid, load: f64) {
+    /// Takes the element sums of a sampling step, row by row. `loads`: see [`yarn_loads`](super::failure::yarn_loads).
+    pub(crate) fn sample_elements(&mut self, rows: &[ElementTotals], grid: &Grid, loads: [f64; 2]) {
         let sum = |of: fn(&ElementTotals) -> f64| rows.iter().map(of).sum::<f64>();
         self.stored = sum(|row| row.stored);
         self.hourglass = sum(|row| row.hourglass);
         self.law_energy = sum(|row| row.law_energy);
-        self.max_tension = rows.iter().map(|row| row.max_tension).fold(0.0, f64::max);
-        self.max_load = rows.iter().map(|row| row.max_load).fold(load, f64::max);
+        [self.max_tension, self.max_load] = loads;
         self.plies.clear();
         self.plies.extend(rows.chunks(grid.rows).map(|rows| PlyMoment {
             stored: rows.iter().map(|row| row.stored).sum(),
@@ -242,8 +243,8 @@ impl EnergyBalance {
         }
     }
 
-    /// Fixes what later samples are compared with.
-    pub fn begin(&mut self, given: Given) {
+    /// Fixes what later samples are compared with. Gives the energy of the fabric, of pre-tension, deflection and motion [J].
+    pub fn begin(&mut self, given: Given) -> f64 {
         // What fails at once was there too.
         let stored = self.stored + self.released[0];
         // A slack ply that is bent holds hourglass energy and nothing else; rounding may make it less than nothing.
@@ -253,11 +254,12 @@ impl EnergyBalance {
         // Fabric that is let go swings to and fro: its momentum and that of its supports may come to nothing, what it moves does not.
         let momentum_scale = given.momentum.norm().max((2.0 * at_rest * given.fabric_mass).sqrt());
         let law_energy = self.law_energy + self.law_released;
-        let mut initial =
-            Initial { stored, hourglass, law_energy, total: 0.0, scale, momentum: [0.0; 3], momentum_scale };
+        let (total, momentum) = (0.0, [0.0; 3]);
+        let mut initial = Initial { stored, hourglass, law_energy, total, scale, momentum, momentum_scale };
         initial.total = self.total();
         initial.momentum = [0, 1, 2].map(|a| self.momentum[a] - self.support[a]);
         self.initial = Some(initial);
+        given.fabric_energy + at_rest
     }
 
     fn total(&self) -> f64 {
@@ -282,7 +284,7 @@ impl EnergyBalance {
         self.total() - i.total + unearned - self.law()
     }
 
-    /// The balance at the last sample.
+    /// The balance at the last sample; its errors of energy are in joules.
     pub fn balance(&self) -> Balance {
         let stored = self.initial.map_or(self.stored, |i| i.stored);
         let mut out = Balance {
@@ -303,12 +305,8 @@ impl EnergyBalance {
             ..Balance::default()
         };
         if let Some(i) = self.initial {
-            let scale = i.scale.max(self.external.abs());
-            let drift = self.total() - i.total;
-            out.error = if scale > 0.0 { drift / scale } else { drift };
-            out.gained = if scale > 0.0 { self.gained() / scale } else { self.gained() };
-            let mut worst = 0.0;
-            let mut supports: f64 = 0.0;
+            (out.error, out.gained) = (self.total() - i.total, self.gained());
+            let (mut worst, mut supports) = (0.0, 0.0_f64);
             for a in (0..3).filter(|a| *a == 2 || !self.planes.0[*a]) {
                 let off: f64 = self.momentum[a] - self.support[a] - i.momentum[a];
                 worst += off * off;
@@ -407,7 +405,7 @@ pub(crate) fn diagnose<S: Scalar>(
 mod tests {
     use super::*;
     #[test]
-    fn errors_are_over_what_was_put_in_or_as_they_are_where_nothing_was() {
+    fn errors_of_momentum_are_over_what_was_put_in_or_as_they_are_where_nothing_was() {
         let mut nothing = EnergyBalance::default();
         nothing.begin(Given::default());
         let balance = nothing.balance();
@@ -415,10 +413,11 @@ mod tests {
 
         let mut moving = EnergyBalance::default();
         (moving.kinetic, moving.momentum) = (8.0, [0.0, 0.0, 4.0]);
-        moving.begin(Given { energy: 8.0, momentum: Vector3::new(0.0, 0.0, 4.0), fabric_mass: 1.0 });
+        let momentum = Vector3::new(0.0, 0.0, 4.0);
+        let fabric_energy = moving.begin(Given { fabric_energy: 8.0, momentum, fabric_mass: 1.0, ..Given::default() });
         (moving.kinetic, moving.momentum) = (10.0, [0.0, 0.0, 5.0]);
         let balance = moving.balance();
-        assert_eq!([balance.error, balance.momentum_error], [2.0 / 8.0, 1.0 / 4.0]);
+        assert_eq!([fabric_energy, balance.error, balance.momentum_error], [8.0, 2.0, 1.0 / 4.0]);
         // What the supports took is no error, and counts as put in.
         moving.support = [3.0, 0.0, 9.0];
         (moving.kinetic, moving.momentum) = (8.0, [0.0, 0.0, 13.0]);
@@ -440,7 +439,7 @@ mod tests {
     #[test]
     fn momentum_across_a_mirror_plane_is_not_looked_at() {
         let mut part = EnergyBalance::of_part(MirrorPlanes([true, false]));
-        part.begin(Given { energy: 1.0, momentum: Vector3::new(0.0, 0.0, 2.0), fabric_mass: 1.0 });
+        part.begin(Given { momentum: Vector3::new(0.0, 0.0, 2.0), fabric_mass: 1.0, ..Given::default() });
         (part.kinetic, part.momentum) = (0.0, [7.0, 0.0, 0.0]);
         assert_eq!(part.balance().momentum_error, 0.0);
         (part.kinetic, part.momentum) = (0.0, [7.0, 1.0, 0.0]);

@@ -289,6 +289,10 @@ const MEASURABLE: f64 = 1e3;
 pub struct Given {
     /// Kinetic energy, at least what rounding can be measured against [J].
     pub energy: f64,
+    /// The fabric's part of it [J].
+    pub fabric_energy: f64,
+    /// Least energy that an error is measured against [J].
+    pub measurable: f64,
     /// Momentum [kg·m/s].
     pub momentum: Vector3<f64>,
     /// Mass of the fabric [kg].
@@ -309,12 +313,14 @@ pub(crate) fn given<S: Scalar>(model: &Model<S>, state: &State<S>) -> Given {
             momentum += v * m;
         }
     }
+    let fabric_energy = energy;
     if let Some(body) = state.body.as_ref() {
         energy += body.own_energy();
         momentum += body.velocity * if body.prescribed { 0.0 } else { body.mass };
     }
-    let energy = energy.max(MEASURABLE * rounding(model, state.body.as_ref()));
-    Given { energy, momentum, fabric_mass: model.fabric_mass() }
+    let measurable = MEASURABLE * rounding(model, state.body.as_ref());
+    let energy = energy.max(measurable);
+    Given { energy, fabric_energy, measurable, momentum, fabric_mass: model.fabric_mass() }
 }
 
 /// Rounding of the energy of a scene at rest [J].

@@ -294,7 +294,7 @@ impl V50Result {
         }
         if self.torn_off > 0 {
             notes.push(format!(
-                "{} of {} shots were caught by cloth that had torn off its frame, and are no stops: the limit may be that of the frame",
+                "{} of {} shots were caught by cloth that had torn off its frame, and are no stops",
                 self.torn_off, self.shots
             ));
         }
