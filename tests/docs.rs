@@ -7,6 +7,7 @@
 
 mod commands;
 mod lists;
+#[allow(dead_code, reason = "the suite does not compute limits")]
 #[path = "../examples/measured.rs"]
 mod measured;
 #[path = "../examples/one_shot.rs"]
