@@ -87,23 +87,27 @@ struct YarnsLeft {
     /// Strains [-] and tensions [N] of yarns that none presses on.
     free_strain: vec2<f32>,
     free: vec2<f32>,
-    /// Strain over failure strain of pieces that are whole [-].
-    load: vec2<f32>,
+}
+
+/// Strains of the last step.
+fn strain_slot() -> u32 { return 2u + 2u * ((step.index + 1u) & 1u); }
+
+fn keep_strains(element: u32, strain: vec2<f32>) {
+    let slot = 2u + 2u * (step.index & 1u);
+    yarns[slot * scene.elements + element] = strain.x;
+    yarns[(slot + 1u) * scene.elements + element] = strain.y;
 }
 
 /// Also keeps the strains that failure is judged by.
 fn judge(element: u32, stretch: vec2<f32>, cell: Equilibrium, was_alive: vec2<bool>) -> YarnsLeft {
     let zero = vec2<f32>(0.0);
     let limit = failure_strain(element);
-    let warp = piece_of(element, 0u, limit.x);
-    let weft = piece_of(element, 1u, limit.y);
     let failed = vec2<bool>(
-        was_alive.x && (limit.x <= warp.strain || breaks_with_another(element, 0u)),
-        was_alive.y && (limit.y <= weft.strain || breaks_with_another(element, 1u)));
-    let load = vec2<f32>(warp.whole * warp.strain, weft.whole * weft.strain) / limit;
+        was_alive.x && (limit.x <= piece_of(element, 0u, limit.x).x || breaks_with_another(element, 0u)),
+        was_alive.y && (limit.y <= piece_of(element, 1u, limit.y).x || breaks_with_another(element, 1u)));
     keep_strains(element, select(vec2<f32>(BROKEN), max(cell.strain, zero), was_alive & !failed));
     let straight = vec2<f32>(straight_strain(yarn(0u), stretch.x), straight_strain(yarn(1u), stretch.y));
-    return YarnsLeft(was_alive, failed, was_alive & !failed, max(straight, zero), tensions(straight), load);
+    return YarnsLeft(was_alive, failed, was_alive & !failed, max(straight, zero), tensions(straight));
 }
 
 /// Forces on it.
@@ -217,16 +221,10 @@ fn keep_state(element: u32, at: vec4<u32>, motion: Motion, cell: Equilibrium, ya
     let left = shear_where(both_left, acting.trellis);
     accumulators[3u * e + element] = stored_energy(size, tension, strain, select(0.0, cell.force, both_left), left.energy);
     accumulators[4u * e + element] = select(0.0, 0.5 * acting.hourglass * dot(mode, mode), HOURGLASS);
-    accumulators[5u * e + element] = max(tension.x, tension.y);
     if (LAW_ENERGY && both_left) {
         let cells = stored_energy(size, tension, strain, select(0.0, cell.force, both_left), 0.0);
         accumulators[8u * e + element] = law_share(motion.k.stretch) * cells;
     }
-    // Tension over breaking load is strain over failure strain.
-    let own = select(zero, strain / nominal_failure_strain(), alive);
-    // A mean over the failure length stands for what is beyond.
-    let load = max(select(zero, own, own < vec2<f32>(1.0)), yarns_left.load);
-    accumulators[9u * e + element] = max(load.x, load.y);
     let n = 2u * scene.nodes;
     let z = abs(vec4<f32>(nodes[n + at.x], nodes[n + at.y], nodes[n + at.z], nodes[n + at.w]));
     accumulators[6u * e + element] = max(max(z.x, z.y), max(z.z, z.w));
@@ -237,7 +235,6 @@ fn keep_nothing(element: u32) {
     let e = scene.elements;
     if (SAMPLED) {
         for (var field = 3u; field < 7u; field++) { accumulators[field * e + element] = 0.0; }
-        accumulators[9u * e + element] = 0.0;
     }
     keep_heights(element, vec2<f32>(0.0), Predictor());
     keep_strains(element, vec2<f32>(BROKEN));

@@ -3,9 +3,9 @@
 //   in      forces    array<f32>  (9, E)   P1·Ly/2, P2·Lx/2, force on the difference of opposite edges [N]
 //   in/out  flags     array<u32>  (E)      evaluations are counted from 0 again
 //   in/out  accumulators  array<f32>  (10, E)   since the last sample: work, released by failures, hourglass released [J];
-//                                          now: stored, hourglass [J], largest tension [N], deflection [m]; since the last sample:
+//                                          now: stored, hourglass [J], largest yarn tension [N], deflection [m]; since the last sample:
 //                                          dissipated by shock viscosity [J]; made by the unit-cell law since the start [J]; now:
-//                                          largest tension over breaking load [-];
+//                                          largest load of a whole piece of yarn [-];
 //                             then (4, N)  of contact between plies, since the last sample, see PLY_LOSS
 //   in/out  supports  array<f32>  (S, 3)   impulse of the supports, from 0 again [N·s]
 //   in/out  bodies    array<Body>          their sums begin at 0 again
@@ -53,7 +53,7 @@ const PLY_SEPARATION_WORK: u32 = 21u;
 const VISCOUS_WORK: u32 = 22u;
 /// Made by the unit-cell law itself since the start.
 const LAW_MADE: u32 = 23u;
-/// Largest tension over breaking load.
+/// Largest strain of a whole piece of yarn over its failure strain.
 const LOAD: u32 = 24u;
 
 /// Sums of an invocation.

@@ -1,26 +1,15 @@
-// failure: strains of yarns as failure judges them, over a piece of yarn. Needs `yarns`.
+// failure: strains of yarns as failure judges them, over a piece of yarn. Needs `yarns`, and `strain_slot` to say which strains count.
 // Twin: src/solver/failure.rs
 
 /// Stands for the strain of a piece of yarn that is broken or absent.
 const BROKEN: f32 = -1.0;
 
-fn keep_strains(element: u32, strain: vec2<f32>) {
-    let slot = 2u + 2u * (step.index & 1u);
-    yarns[slot * scene.elements + element] = strain.x;
-    yarns[(slot + 1u) * scene.elements + element] = strain.y;
-}
-
-/// Strain of a yarn (0 warp, 1 weft) of an element in the last step.
-fn last_strain(element: u32, which: u32) -> f32 {
-    return yarns[(2u + 2u * ((step.index + 1u) & 1u) + which) * scene.elements + element];
-}
-
-/// Failure strains of the fabric's yarns.
-fn nominal_failure_strain() -> vec2<f32> { return vec2<f32>(scene.warp_failure_strain, scene.weft_failure_strain); }
+/// Strain of a yarn (0 warp, 1 weft) of an element.
+fn strain_of(element: u32, which: u32) -> f32 { return yarns[(strain_slot() + which) * scene.elements + element]; }
 
 /// Failure strains of an element's yarns.
 fn failure_strain(element: u32) -> vec2<f32> {
-    let nominal = nominal_failure_strain();
+    let nominal = vec2<f32>(scene.warp_failure_strain, scene.weft_failure_strain);
     if (!STRENGTH) { return nominal; }
     return nominal * vec2<f32>(yarns[6u * scene.elements + element], yarns[7u * scene.elements + element]);
 }
@@ -29,14 +18,6 @@ fn failure_strain(element: u32) -> vec2<f32> {
 fn width_along(ply: u32, axis: u32, at: u32) -> f32 {
     if (!GRADED) { return 1.0; }
     return line_at(ply, axis, at).width;
-}
-
-/// Piece of a yarn that may break.
-struct Piece {
-    /// Strain of the piece: root mean square over its rows of the means along them, over the elements that are whole.
-    strain: f32,
-    /// 1 where none of them is broken, else 0.
-    whole: f32,
 }
 
 /// Sums over a row of elements along a yarn: strain times length and length of those that are whole, and 1 where none is broken.
@@ -64,9 +45,9 @@ fn element_along(a: Axis, at: i32) -> i32 {
     return at;
 }
 
-/// Adds an element of the last step. A broken one, slack beside its break, says nothing of the others.
+/// Adds an element. A broken one, slack beside its break, says nothing of the others.
 fn add_strain(sums: ptr<function, Sums>, element: u32, which: u32, length: f32) {
-    let strain = last_strain(element, which);
+    let strain = strain_of(element, which);
     if (strain >= 0.0) {
         (*sums).strain += length * strain;
         (*sums).length += length;
@@ -108,17 +89,18 @@ fn place_across(place: vec2<u32>, which: u32, at: u32) -> vec2<u32> {
     return select(vec2<u32>(place.x, at), vec2<u32>(at, place.y), which == 0u);
 }
 
-/// The piece of a yarn around an element in the last step, of the failure length and all its breadth; zeros unless one of the elements side
-/// by side reached the failure strain, which they share. They all get the same, so that they break together.
-fn piece_of(element: u32, which: u32, limit: f32) -> Piece {
+/// The piece of a yarn around an element, of the failure length and all its breadth: root mean square over its rows of the mean strains along
+/// them, of the elements that are whole, but at most the largest strain of the elements side by side in its middle; and 1 where none is broken,
+/// else 0. Zeros unless one of those side by side has at least this strain. They all get the same, so that they break together.
+fn piece_of(element: u32, which: u32, least: f32) -> vec2<f32> {
     let ply = element_ply(element);
     let place = element_place(element);
     let across = side_by_side(ply, place, which);
     var largest = BROKEN;
     for (var at = across.x; at < across.y; at++) {
-        largest = max(largest, last_strain(element_at(ply, place_across(place, which, at)), which));
+        largest = max(largest, strain_of(element_at(ply, place_across(place, which, at)), which));
     }
-    if (largest < limit) { return Piece(); }
+    if (largest < least) { return vec2<f32>(0.0); }
     var squares = 0.0;
     var area = 0.0;
     var whole = 1.0;
@@ -131,10 +113,10 @@ fn piece_of(element: u32, which: u32, limit: f32) -> Piece {
             area += breadth * row.length;
         }
     }
-    return Piece(sqrt(squares / area), whole);
+    return vec2<f32>(min(largest, sqrt(squares / area)), whole);
 }
 
-/// Whether an element lies in the piece around another one of its yarn that reached the failure strain in the last step.
+/// Whether an element lies in the piece around another one of its yarn that reached the failure strain.
 fn breaks_with_another(element: u32, which: u32) -> bool {
     let ply = element_ply(element);
     let place = element_place(element);
@@ -142,7 +124,7 @@ fn breaks_with_another(element: u32, which: u32) -> bool {
     for (var at = u32(line.breaking_first); at < u32(line.breaking_end); at++) {
         let other = element_at(ply, place_across(place, 1u - which, at));
         let limit = failure_strain(other)[which];
-        if (other != element && limit <= piece_of(other, which, limit).strain) { return true; }
+        if (other != element && limit <= piece_of(other, which, limit).x) { return true; }
     }
     return false;
 }

@@ -1,6 +1,7 @@
 //! Frames: the whole scene at one time.
 //!
-//! Promise: a frame is what the run computed at its time, the same whichever part of a symmetric scene was computed. What files make of it is
+//! Promise: a frame is what the run computed at its time, the same whichever part of a symmetric scene was computed. Loads in frames, playback,
+//! history and summary are those of the state. What files make of it is
 //! the affair of `tests/external.rs`.
 //! Red when: mirror images point the wrong way or stand in the wrong place, broken yarns count as alive, what has moved is
 //! left out, units are wrong, or frames come at other times than asked for.
@@ -9,8 +10,9 @@ use std::sync::atomic::AtomicBool;
 
 use ripstop::FrameCollector;
 use ripstop::case::{self, Case};
+use ripstop::output::{Animation, summary};
 use ripstop::run::frame::Frame;
-use ripstop::run::{self, Options, Run, Skips};
+use ripstop::run::{self, Options, Run, Sample, Skips};
 
 /// 24 × 20 elements, yarns of which break; two plies, a history row for every step.
 fn shot(sets: &[&str]) -> Case {
@@ -104,5 +106,126 @@ fn a_yarn_is_broken_in_a_frame_when_it_is_in_the_run() {
             let gone = frame.alive.iter().flatten().filter(|alive| **alive == 0).count();
             assert_eq!(gone, broken, "{numerics}, at {} s", frame.time);
         }
+    }
+}
+
+/// Tension of the whole yarn in every element [N], and the largest load of a piece of 0.9 mm of it, from the strains of the elements: a yarn has
+/// those whose middles lie within its spacing. `lines`: of nodes, across and along the yarn [m].
+fn loads_of(strain: &dyn Fn(usize, usize) -> f64, lines: &[Vec<f64>; 2], stiffness: f64) -> (Vec<Vec<f64>>, f64) {
+    let sides = |line: usize| lines[line].windows(2).map(|ends| [ends[0], ends[1]]).collect::<Vec<_>>();
+    let [across, along] = [sides(0), sides(1)];
+    let number = |[low, high]: [f64; 2]| (0.5 * (low + high) / 1.27e-3 + 1e-9).floor();
+    let (mut tension, mut load) = (vec![vec![0.0; along.len()]; across.len()], 0.0_f64);
+    for (own, side) in across.iter().enumerate() {
+        let beside: Vec<usize> = (0..across.len()).filter(|at| number(across[*at]) == number(*side)).collect();
+        let mean = |of: &dyn Fn(usize) -> f64| {
+            let breadth = |at: usize| across[at][1] - across[at][0];
+            let sums = beside.iter().map(|at| [breadth(*at) * of(*at), breadth(*at)]);
+            let [sum, total] = sums.fold([0.0; 2], |[a, b], [x, y]| [a + x, b + y]);
+            sum / total
+        };
+        for (at, [low, high]) in along.iter().enumerate() {
+            tension[own][at] = stiffness * mean(&|row| strain(row, at));
+            let middle = 0.5 * (low + high);
+            let within = |[low, high]: [f64; 2]| (high.min(middle + 0.45e-3) - low.max(middle - 0.45e-3)).max(0.0);
+            let piece = |row: usize| {
+                let parts = along.iter().enumerate().map(|(at, side)| [within(*side) * strain(row, at), within(*side)]);
+                let [sum, length] = parts.fold([0.0; 2], |[a, b], [x, y]| [a + x, b + y]);
+                (sum / length).powi(2)
+            };
+            let most = beside.iter().map(|row| strain(*row, at)).fold(0.0, f64::max);
+            load = load.max(most.min(mean(&piece).sqrt()) / 0.035);
+        }
+    }
+    (tension, load)
+}
+
+#[test]
+fn loads_are_those_of_the_state_whatever_the_mesh() {
+    const SHOT: [&str; 8] = [
+        "/solver/numerics=default",
+        "/solver/end_time_us=20",
+        "/pack/plies=1",
+        "/pack/width_mm=50.8",
+        "/pack/height_mm=40.64",
+        "/projectile/velocity_m_s=120",
+        "/output/frames=5",
+        "/pack/mesh_grading=none",
+    ];
+    for mesh in ["/pack/elements_per_crossover=1", "/pack/elements_per_crossover=3", "/pack/mesh_grading={}"] {
+        let case = shot(&[&SHOT[..], &[mesh]].concat());
+        let (mut collector, mut animation) = (FrameCollector::new(&case, 5), Animation::new(&case));
+        let run = run::run(&case, Options::default(), &AtomicBool::new(false), &mut collector).unwrap();
+        run::run(&case, Options::default(), &AtomicBool::new(false), &mut animation).unwrap();
+        let scene = collector.scene().unwrap();
+        let (columns, rows) = (scene.plies[0].columns, scene.plies[0].rows);
+        let x: Vec<f64> = (0..=columns).map(|column| scene.reference[column][0].into()).collect();
+        let y: Vec<f64> = (0..=rows).map(|row| scene.reference[row * (columns + 1)][1].into()).collect();
+        let narrowest = x.windows(2).map(|ends| ends[1] - ends[0]).fold(1.0, f64::min);
+        let widest = x.windows(2).map(|ends| ends[1] - ends[0]).fold(0.0, f64::max);
+        assert_eq!(widest > 4.0 * narrowest, mesh.contains("grading"), "{mesh}: {narrowest} to {widest}");
+        let rows_of_history = &run.history;
+        for frame in &collector.frames()[1..4] {
+            let row = &rows_of_history[frame.step as usize];
+            let (mut peak, mut load) = (0.0_f64, 0.0_f64);
+            for (yarn, own) in [&case.fabric.warp, &case.fabric.weft].into_iter().enumerate() {
+                let place = |across: usize, along: usize| {
+                    if yarn == 0 { across * columns + along } else { along * columns + across }
+                };
+                let lines = if yarn == 0 { [y.clone(), x.clone()] } else { [x.clone(), y.clone()] };
+                let stiffness = own.modulus * own.area(case.fabric.fibre_density);
+                let strain = |across: usize, along: usize| f64::from(frame.strain[yarn][place(across, along)]).max(0.0);
+                let (tensions, most) = loads_of(&strain, &lines, stiffness);
+                load = load.max(most);
+                for (across, tensions) in tensions.iter().enumerate() {
+                    for (along, tension) in tensions.iter().enumerate() {
+                        let shown = f64::from(frame.tension[yarn][place(across, along)]);
+                        assert!(
+                            (shown - tension).abs() < 1e-3,
+                            "{mesh} {yarn} {across} {along}: {shown} for {tension}"
+                        );
+                        peak = peak.max(*tension);
+                    }
+                }
+            }
+            let deepest = frame.displacement.iter().fold(0.0_f64, |most, u| most.max(f64::from(u[2].abs())));
+            for (name, got, expected) in [
+                ("tension", row.balance.max_tension, peak),
+                ("load", row.balance.max_load, load),
+                ("deflection", row.deflection, deepest),
+                ("deflection of the back", row.last_deflection, deepest),
+            ] {
+                assert!(
+                    expected > 0.0 && (got / expected - 1.0).abs() < 1e-4,
+                    "{mesh}, {name} at {}: {got}, {expected}",
+                    frame.time
+                );
+            }
+        }
+        // A keyframe has the tensions of the step before.
+        for keyframe in &animation.keyframes[2..] {
+            let shown = keyframe.tension.iter().flatten().flatten().copied().fold(0.0_f32, f32::max);
+            let before = rows_of_history[keyframe.step as usize - 1].balance.max_tension;
+            assert!(
+                (f64::from(shown) / before - 1.0).abs() < 1e-5,
+                "{mesh}, playback at {}: {shown} {before}",
+                keyframe.time
+            );
+        }
+        let most = |of: &dyn Fn(&Sample) -> f64| rows_of_history.iter().map(of).fold(0.0, f64::max);
+        let told = summary(&case, &run, 1.0);
+        for (key, expected) in [
+            ("peak_yarn_tension_n", most(&|row| row.balance.max_tension)),
+            ("breaking_load_ratio", most(&|row| row.balance.max_load)),
+            ("max_deflection_mm", 1e3 * most(&|row| row.deflection)),
+            ("last_ply_deflection_mm", 1e3 * most(&|row| row.deflection)),
+            ("peak_contact_force_n", most(&|row| row.contact_force)),
+        ] {
+            assert_eq!(told[key].as_f64(), Some(expected), "{mesh} {key}");
+        }
+        // Forces between rows are what slowed the projectile, from the first touch on.
+        let given: f64 = rows_of_history.windows(2).map(|row| row[1].contact_force * (row[1].time - row[0].time)).sum();
+        let lost = 3e-3 * (120.0 - rows_of_history.last().unwrap().projectile_velocity);
+        assert!((given / lost - 1.0).abs() < 0.01 && rows_of_history[0].contact_force == 0.0, "{mesh}: {given} {lost}");
     }
 }

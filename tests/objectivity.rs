@@ -131,21 +131,21 @@ fn a_struck_strip_breaks_near_the_exact_velocity() {
 
 #[test]
 fn a_pack_breaks_where_it_is_hit() {
-    let shot = |velocity: &str| {
+    let shot = |velocity: &str, least: f64| {
         let case = shipped("cases/s728-4ply-91.json", &[velocity, "/expect=[]", "/output/profile_times_us=[]"]);
         let run = run(&case);
         assert!(run.energy_gained.abs() < 0.01, "{velocity}: {}", run.energy_gained);
         assert!(run.hourglass_fraction < 0.05, "{velocity}: {}", run.hourglass_fraction);
         let loads = run.history.iter().map(|row| row.balance.max_load).fold(0.0, f64::max);
         // A yarn breaks in the step after its mean strain has reached the failure strain; a step strains it by some per cent of that.
-        assert!((0.8..=1.1).contains(&loads), "{velocity}: {loads}");
+        assert!((least..=1.1).contains(&loads), "{velocity}: {loads}");
         (case, run)
     };
-    let (case, fast) = shot("/projectile/velocity_m_s=320");
+    let (case, fast) = shot("/projectile/velocity_m_s=320", 1.0);
     assert_eq!(fast.outcome, Outcome::Perforated);
     let [all, far] = failures(&case, &fast, 15.0 * 1.494e-3);
     assert!(all > 100 && far * 100 <= 15 * all, "{far} of {all}");
-    let (_, slow) = shot("/projectile/velocity_m_s=240");
+    let (_, slow) = shot("/projectile/velocity_m_s=240", 0.7);
     assert_eq!((slow.outcome, slow.events.len()), (Outcome::Stopped, 0));
 }
 

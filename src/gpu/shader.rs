@@ -16,7 +16,7 @@ pub enum Access {
 /// Stage of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
-    /// `element_force`
+    /// `element_force`, and `yarn_load` in steps with a sample.
     Elements,
     /// `node_update`
     Nodes,
@@ -79,13 +79,15 @@ macro_rules! kernels {
 }
 
 /// Every kernel, in the order of a step.
-pub const KERNELS: [Kernel; 8] = kernels! {
+pub const KERNELS: [Kernel; 9] = kernels! {
     // Extensions, unit cells, shear, failure and forces of the elements.
     Elements "element_force"
-        ["element_geometry", "kinematics", "membrane", "failure", "law_energy", "crossover", "coupled_newton",
+        ["element_geometry", "kinematics", "membrane", "failure", "crossover", "coupled_newton",
          "yarn_law", "arc_length", "shear", "active_region"]
         {Nodes Read, Forces Write, Heights Write, Flags Write, Accumulators Write, Status Write, Events Write,
          Yarns Write};
+    // Tensions and loads of yarns.
+    Elements "yarn_load" ["failure"] {Nodes Read, Accumulators Write, Yarns Read};
     // Gather, kick and drift of the nodes.
     Nodes "node_update"
         ["gather", "supports", "projectile_shape", "rigid_body", "active_region"]

@@ -112,7 +112,9 @@ impl<'a> DeviceStepper<'a> {
                 Stage::Elements => {
                     for (at, ply_type) in model.ply_types.iter().enumerate() {
                         let features = Features::new(model, std::slice::from_ref(ply_type));
-                        for sampled in [false, true] {
+                        for sampled in
+                            [false, true].into_iter().filter(|sampled| *sampled || kernel.name != "yarn_load")
+                        {
                             add(at, &features, Some(sampled), workgroups(sizes.elements, most));
                         }
                     }

@@ -120,25 +120,30 @@ impl DeviceStepper<'_> {
         yarns
     }
 
-    /// Reads the state of a shot back, without the strains that failure is judged by; of the projectile what moves.
+    /// Reads the state of a shot back after the steps that it says are done; of the projectile what moves.
     ///
     /// # Errors
     /// When the device was lost.
     pub fn download(&self, shot: usize, model: &Model<f32>, state: &mut State<f32>) -> Result<(), DeviceError> {
         let columns = self.grid.columns;
-        let names = [BufferId::Nodes, BufferId::Forces, BufferId::Heights, BufferId::Flags, BufferId::Status];
-        let more = [(BufferId::Yarns, self.features.viscous), (BufferId::Over, !state.over.is_empty())];
-        let more = more.into_iter().chain([(BufferId::Body, model.projectile.is_some())]);
+        let names =
+            [BufferId::Nodes, BufferId::Forces, BufferId::Heights, BufferId::Flags, BufferId::Status, BufferId::Yarns];
+        let more = [(BufferId::Over, !state.over.is_empty()), (BufferId::Body, model.projectile.is_some())].into_iter();
         let names: Vec<BufferId> =
             names.into_iter().chain(more.filter_map(|(name, wanted)| wanted.then_some(name))).collect();
         for (name, words) in names.iter().zip(self.read_shot(&names, shot)?) {
-            let mut set = |fields: Range<usize>| {
-                set_planes(&mut state.elements, fields, 1, columns, bytemuck::cast_slice(&words));
+            let (strains, last) = (state.elements.fields - element::STRAIN, (state.step as usize + 1) % 2);
+            let mut set = |fields: Range<usize>, from: usize| {
+                let words = &words[from * self.sizes.elements as usize..];
+                set_planes(&mut state.elements, fields, 1, columns, bytemuck::cast_slice(words));
             };
             match name {
-                BufferId::Forces => set(element::FORCES),
-                BufferId::Heights => set(element::PREDICTOR..element::ALIVE),
-                BufferId::Yarns => set(element::COUNT..element::COUNT + element::VISCOUS),
+                BufferId::Forces => set(element::FORCES, 0),
+                BufferId::Heights => set(element::PREDICTOR..element::ALIVE, 0),
+                BufferId::Yarns => {
+                    set(element::COUNT..strains, 0);
+                    set(strains..strains + element::STRAIN, 2 + 2 * last);
+                }
                 BufferId::Nodes => {
                     set_planes(&mut state.nodes, 0..node::COUNT, 0, columns + 1, bytemuck::cast_slice(&words));
                 }

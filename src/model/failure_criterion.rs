@@ -53,6 +53,13 @@ impl Windows {
     pub fn yarns(&self) -> impl Iterator<Item = &Window> {
         self.across.iter().enumerate().filter(|(at, window)| window.first == *at).map(|(_, window)| window)
     }
+
+    /// What a yarn has of a quantity per yarn that its elements side by side carry, one of which is given: their mean over its breadth.
+    pub(crate) fn of_yarn(&self, element: usize, of: impl Fn(usize) -> f64) -> f64 {
+        let window = &self.across[element];
+        let sum: f64 = window.elements().map(|(beside, breadth)| breadth * of(beside)).sum();
+        sum / window.length.iter().sum::<f64>()
+    }
 }
 
 /// The spacing of warp and of weft yarns, in lengths of the finest element across them; across warp lies the crossovers' spacing along weft.

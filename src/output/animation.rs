@@ -16,7 +16,7 @@ use crate::num::scalar::Scalar;
 use crate::physics::rigid_body::MirrorPlanes;
 use crate::run::frame::{Pose, Schedule, even};
 use crate::run::{Observer, View, attached};
-use crate::solver::element_totals::field as element;
+use crate::solver::failure::yarn_tension;
 use crate::solver::state::State;
 
 /// Keyframes shown at most, the first and the last among them.
@@ -40,8 +40,8 @@ pub struct Keyframe {
     pub deflections: Vec<f64>,
     /// Displacement of the nodes [m].
     pub displacement: Vec<[f32; 3]>,
-    /// Largest force of a yarn in a cell, as its elements carry it, warp and weft [N]; `None` where no yarn of that direction
-    /// goes through the cell from end to end.
+    /// Largest tension of a yarn in a cell, warp and weft, in the step before [N]; `None` where no yarn of that direction goes through the
+    /// cell from end to end.
     pub tension: Vec<[Option<f32>; 2]>,
     /// The projectile, where there is one.
     pub pose: Option<Pose>,
@@ -95,21 +95,16 @@ impl AnimatedPly {
 
     /// Tensions in the cells. A yarn that is broken in one place is broken from end to end of a cell.
     fn tension<S: Scalar>(&self, model: &Model<S>, state: &State<S>) -> Vec<[Option<f32>; 2]> {
-        // From the force of an element to that of one of its yarns.
-        let per_yarn = model.ply_type(self.ply).element.membrane.map(|membrane| (1.0 / membrane) as f32);
         let first = model.grid.first_element_row(self.ply);
-        let square = |yarn: usize, row: usize, column: usize| {
-            let force = [element::WARP_FORCE, element::WEFT_FORCE][yarn];
-            let [x, y, z] = [0, 1, 2].map(|axis| state.elements.get(first + row, force + axis, column + 1).to_f64());
-            state.alive(first + row, column, yarn).then_some(x * x + y * y + z * z)
+        let tension = |yarn: usize, row: usize, column: usize| {
+            let is_alive = state.alive(first + row, column, yarn);
+            is_alive.then(|| yarn_tension(model, state, self.ply, yarn, (row, column)) as f32)
         };
         // A warp yarn goes through a cell along a row of elements, a weft yarn along a column.
         let cell = |rows: Range<usize>, columns: Range<usize>| {
-            let warp = |row| columns.clone().try_fold(0.0_f64, |most, column| Some(most.max(square(0, row, column)?)));
-            let weft = |column| rows.clone().try_fold(0.0_f64, |most, row| Some(most.max(square(1, row, column)?)));
-            let most =
-                [rows.clone().filter_map(warp).reduce(f64::max), columns.clone().filter_map(weft).reduce(f64::max)];
-            [0, 1].map(|yarn| most[yarn].map(|square| per_yarn[yarn] * square.sqrt() as f32))
+            let warp = |row| columns.clone().try_fold(0.0_f32, |most, column| Some(most.max(tension(0, row, column)?)));
+            let weft = |column| rows.clone().try_fold(0.0_f32, |most, row| Some(most.max(tension(1, row, column)?)));
+            [rows.clone().filter_map(warp).reduce(f32::max), columns.clone().filter_map(weft).reduce(f32::max)]
         };
         let of_row = |rows: &[usize]| {
             let spans = self.own[0].windows(2);

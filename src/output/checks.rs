@@ -31,6 +31,9 @@ const NEGLIGIBLE: f64 = 1e-4;
 const UNUSABLE: f64 = 0.1;
 /// Share of unit cells without equilibrium that no longer is a matter of a few places [-].
 const UNCONVERGED_LIMIT: f64 = 1e-6;
+/// Residual of a unit cell that is rounding and no more, over the breaking load, in double and in single precision [-]: some fifty times what the
+/// iteration accepts.
+const MISSED_FOR_ROUNDING: [f64; 2] = [1e-9, 1e-4];
 /// Energy that the law itself makes or loses, over what was exchanged, that is to be looked at [-].
 const LAW_LIMIT: f64 = 0.05;
 /// Half the spread of the absorbed energy over meshes, steps and places in a cell near the limit and up to three times it, over
@@ -301,7 +304,7 @@ fn mesh_under_hit(case: &Case, run: &Run) -> Check {
     };
     let is_ball = case.projectile.as_ref().is_some_and(|p| round(&p.shape) && !p.shape.is_pointed());
     let tip = case.projectile.as_ref().filter(|p| p.shape.is_pointed()).map(|p| p.edge_radius);
-    let reason = if broken == 0 && has_rim && load > NEAR_BREAKING {
+    let reason = if broken == 0 && !is_ball && load > NEAR_BREAKING {
         "no yarn broke, but one came near to it: with another mesh the projectile may pass"
     } else if broken == 0 || is_ball {
         ""
@@ -361,9 +364,12 @@ fn frame(case: &Case, run: &Run) -> Check {
 
 fn newton(run: &Run) -> Check {
     let share = run.newton.unconverged as f64 / run.element_steps_computed.max(1) as f64;
+    // In single precision more cells miss what is accepted, by no more than they are rounded.
+    let is_rounding = run.newton.max_residual <= MISSED_FOR_ROUNDING[usize::from(run.precision == "f32")];
+    let most = if is_rounding { f64::INFINITY } else { UNCONVERGED_LIMIT };
     let reasons = ["a few unit cells missed their equilibrium", "many unit cells missed their equilibrium"];
     let value = grouped(run.newton.unconverged);
-    Check::new("unit cells unsolved", value, level(share, [0.0, UNCONVERGED_LIMIT]), reasons)
+    Check::new("unit cells unsolved", value, level(share, [0.0, most]), reasons)
 }
 
 /// An energy at the end over the energy exchanged [-].

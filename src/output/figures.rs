@@ -46,15 +46,13 @@ pub(super) fn velocity(run: &Run) -> Figure {
 
 /// Contact force.
 pub(super) fn force(run: &Run) -> Figure {
-    // The first row's force is an impulse over one step, not a mean.
-    let rows = run.history.get(1..).unwrap_or_default();
-    let peak = rows.iter().filter(|row| row.contact_force != 0.0);
+    let peak = run.history.iter().filter(|row| row.contact_force != 0.0);
     let peak = peak.max_by(|a, b| a.contact_force.total_cmp(&b.contact_force));
-    let caption = peak.map_or("none after the first step.".to_owned(), |row| {
+    let caption = peak.map_or("none.".to_owned(), |row| {
         let (force, time) = (short(row.contact_force, 3), short(row.time * 1e6, 3));
         format!("Of the fabric on the projectile, mean between rows of the history; at most {force} N, at {time} µs.")
     });
-    let plot = peak.map(|_| over_time(0.0, "force [N]", &[line("force", rows, |row| row.contact_force)]));
+    let plot = peak.map(|_| over_time(0.0, "force [N]", &[line("force", &run.history, |row| row.contact_force)]));
     Figure::new("force", "Contact force", caption, plot)
 }
 

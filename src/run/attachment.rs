@@ -3,7 +3,8 @@
 //! A piece is attached where it reaches a held edge of its ply; of a ply without one, where it is at least half of the ply. Debris flies
 //! ahead of the fabric that it came from, and its deflection must not count. The pieces follow from the whole state, which is too much for
 //! every sample. Before anything is detached every sample counts; so the state is looked at from time to time, and pieces never grow
-//! together again. From the first detached piece on, deflections are measured at these looks alone.
+//! together again. From the first detached piece on, samples have the deflection of the last look; those since the look before it have at
+//! most that of the look that finds the piece.
 
 use serde::{Deserialize, Serialize};
 
@@ -156,42 +157,39 @@ fn are_the_ply<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize, roots:
     (0..roots.len()).map(holds).collect()
 }
 
-/// Largest deflection of each ply so far, of attached fabric.
+/// Deflections of plies with detached pieces, of attached fabric, and the looks that find them.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Deflections {
-    plies: Vec<Largest>,
+    /// At the last look [m]; `None` where nothing is detached.
+    torn: Vec<Option<f64>>,
     /// Looks taken or missed so far.
     looks: u64,
 }
 
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-struct Largest {
-    /// Up to the last look [m].
-    known: f64,
-    /// Largest of the samples since then [m].
-    since: f64,
-    /// A piece is detached.
-    debris: bool,
-}
-
 impl Deflections {
     pub(crate) fn new(plies: usize) -> Self {
-        Self { plies: vec![Largest::default(); plies], looks: 0 }
+        Self { torn: vec![None; plies], looks: 0 }
+    }
+
+    /// Time of a look [s].
+    fn time_of(case: &Case, look: u64) -> f64 {
+        look as f64 * (case.solver.end_time / LOOKS)
     }
 
     /// Whether a look is due before the step from `time` [s]. Time alone decides, so that every backend looks at the same states.
     pub(crate) fn is_due(&self, case: &Case, time: f64, dt: f64) -> bool {
-        case.projectile.is_some() && time >= self.looks as f64 * (case.solver.end_time / LOOKS) - 0.5 * dt
+        case.projectile.is_some() && time >= Self::time_of(case, self.looks) - 0.5 * dt
     }
 
-    /// Takes the deflections of a sample, debris included.
-    pub(crate) fn sample(&mut self, plies: &[PlyMoment]) {
-        for (own, ply) in self.plies.iter_mut().zip(plies).filter(|(own, _)| !own.debris) {
-            own.since = own.since.max(ply.deflection);
+    /// Gives what is torn the deflection of its attached fabric, in a sample in which all fabric counts.
+    pub(crate) fn correct(&self, plies: &mut [PlyMoment]) {
+        for (torn, ply) in self.torn.iter().zip(plies) {
+            ply.deflection = torn.unwrap_or(ply.deflection);
         }
     }
 
-    /// Looks at the attached fabric at `time` [s], of plies with failures alone.
+    /// Looks at the attached fabric at `time` [s], of plies with failures alone. Gives the time from which on samples have too much [s], and the
+    /// plies in which a piece is detached now, with the most that these had [m].
     pub(crate) fn look(
         &mut self,
         case: &Case,
@@ -199,26 +197,20 @@ impl Deflections {
         dt: f64,
         failed: &[[u64; 2]],
         attached: impl Fn(usize) -> Attached,
-    ) {
+    ) -> (f64, Vec<(usize, f64)>) {
+        let since = Self::time_of(case, self.looks.saturating_sub(1)) + 0.5 * dt;
         while self.is_due(case, time, dt) {
             self.looks += 1;
         }
-        for (ply, own) in self.plies.iter_mut().enumerate() {
-            if failed[ply] != [0; 2] {
-                let found = attached(ply);
-                own.debris |= found.debris;
-                own.known = own.known.max(found.deflection);
+        let mut found = Vec::new();
+        for (ply, torn) in self.torn.iter_mut().enumerate().filter(|(ply, _)| failed[*ply] != [0; 2]) {
+            let Attached { deflection, debris } = attached(ply);
+            if torn.is_none() && debris {
+                found.push((ply, deflection));
             }
-            if !own.debris {
-                own.known = own.known.max(own.since);
-            }
-            own.since = 0.0;
+            *torn = (debris || torn.is_some()).then_some(deflection);
         }
-    }
-
-    /// The largest of each ply [m].
-    pub(crate) fn largest(&self) -> Vec<f64> {
-        self.plies.iter().map(|ply| if ply.debris { ply.known } else { ply.known.max(ply.since) }).collect()
+        (since, found)
     }
 }
 
@@ -227,10 +219,6 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
     use crate::case;
-
-    fn ply(deflection: f64) -> [PlyMoment; 1] {
-        [PlyMoment { stored: 0.0, deflection, kinetic: 0.0 }]
-    }
 
     #[test]
     fn a_look_is_due_once_in_every_eightieth_of_the_run() {
@@ -251,20 +239,21 @@ mod tests {
 
     #[test]
     fn debris_counts_until_it_is_found_and_attached_fabric_counts_always() {
-        let case = case::shipped(&[]);
+        let (case, dt) = (case::shipped(&[]), 1e-9);
+        let apart = case.solver.end_time / LOOKS;
         let mut deflections = Deflections::new(1);
-        deflections.sample(&ply(3e-3));
-        deflections.sample(&ply(1e-3));
-        assert_eq!(deflections.largest(), [3e-3]);
-        // A ply without failure is not asked.
-        deflections.look(&case, 0.0, 1e-9, &[[0; 2]], |_| Attached { deflection: 9e-3, debris: true });
-        assert_eq!(deflections.largest(), [3e-3]);
-        deflections.sample(&ply(8e-3));
-        deflections.look(&case, 0.0, 1e-9, &[[1, 0]], |_| Attached { deflection: 4e-3, debris: true });
-        assert_eq!(deflections.largest(), [4e-3], "debris that flew ahead before the look is forgotten");
-        deflections.sample(&ply(20e-3));
-        assert_eq!(deflections.largest(), [4e-3]);
-        deflections.look(&case, 0.0, 1e-9, &[[0, 1]], |_| Attached { deflection: 5e-3, debris: false });
-        assert_eq!(deflections.largest(), [5e-3]);
+        let mut look = |at: f64, failed: u64, deflection: f64, debris: bool| {
+            let (since, found) =
+                deflections.look(&case, at * apart, dt, &[[failed, 0]], |_| Attached { deflection, debris });
+            let mut sample = [PlyMoment { deflection: 9e-3, ..PlyMoment::default() }];
+            deflections.correct(&mut sample);
+            ((since / apart).round(), found, sample[0].deflection)
+        };
+        // A ply without failure is not asked, and where nothing is detached a sample counts.
+        assert_eq!(look(0.0, 0, 5e-3, true), (0.0, vec![], 9e-3));
+        assert_eq!(look(1.0, 1, 5e-3, false), (0.0, vec![], 9e-3));
+        // What debris added since the last look is taken away, and from now on looks count.
+        assert_eq!(look(2.0, 1, 4e-3, true), (1.0, vec![(0, 4e-3)], 4e-3));
+        assert_eq!(look(3.0, 1, 6e-3, false), (2.0, vec![], 6e-3));
     }
 }

@@ -37,7 +37,7 @@ pub struct Frame {
     pub displacement: Vec<[f32; 3]>,
     /// Velocity of the nodes, half a time step before (leapfrog) [m/s].
     pub velocity: Vec<[f32; 3]>,
-    /// Warp and weft tension of the elements; of broken yarns 0 [N].
+    /// Warp and weft tension of the yarns in the elements, which is what all elements side by side in a yarn carry; of broken yarns 0 [N].
     pub tension: [Vec<f32>; 2],
     /// Warp and weft axial strain of the elements; of broken yarns 0 [-].
     pub strain: [Vec<f32>; 2],

@@ -119,7 +119,13 @@ impl RunRecord {
             self.run.profiles.push(profile(model, state, case, time));
         }
         if self.deflections.is_due(case, time, dt) {
-            self.deflections.look(case, time, dt, &self.failed, |ply| attachment::attached(model, state, ply));
+            let attached = |ply| attachment::attached(model, state, ply);
+            let (since, found) = self.deflections.look(case, time, dt, &self.failed, attached);
+            for (ply, most) in found {
+                let rows = self.run.ply_history.iter_mut().rev().take_while(|row| row.time >= since);
+                rows.filter(|row| row.ply == ply)
+                    .for_each(|row| row.moment.deflection = row.moment.deflection.min(most));
+            }
         }
         if observer.snapshot_due(time, dt) {
             observer.on_snapshot(&S::view(model, state));
@@ -180,18 +186,24 @@ impl RunRecord {
             self.run.fabric_energy = self.balance.begin(self.given) * copies as f64;
             self.run.exchanged_energy = self.given.measurable * copies as f64;
         }
-        let impulse = Vector3::from(std::mem::take(&mut self.balance.contact_impulse));
-        let impulse = self.run.planes.whole(impulse);
-        let (balance, plies) = (self.balance.balance(), &self.balance.plies);
+        // The first row has no time before it: what acts at once belongs to the first interval.
+        let impulse = match self.run.history.is_empty() {
+            true => Vector3::zeros(),
+            false => self.run.planes.whole(std::mem::take(&mut self.balance.contact_impulse).into()),
+        };
+        self.deflections.correct(&mut self.balance.plies);
+        let (mut balance, plies) = (self.balance.balance(), &self.balance.plies);
         let before = self.run.history.last().copied();
         let last = before.unwrap_or_default();
+        if failed != last.failed {
+            // What broke was strained to its failure strain, whether or not in a step with a sample.
+            balance.max_load = balance.max_load.max(1.0);
+        }
         let mut row = Sample {
             time,
             balance: balance.times(copies as f64),
             failed,
             eroded: self.eroded * copies,
-            deflection: plies.iter().map(|ply| ply.deflection).fold(0.0, f64::max),
-            last_deflection: plies.last().map_or(0.0, |ply| ply.deflection),
             perforated_plies: last.perforated_plies,
             ..Sample::default()
         };
@@ -202,14 +214,13 @@ impl RunRecord {
             let now = if before.is_none() { velocity } else { (velocity + body.velocity) * 0.5 };
             row.projectile_velocity = now.dot(&body.flight);
             row.projectile_displacement = (position - body.start).dot(&body.flight);
-            row.contact_force = impulse.dot(&body.flight) / if since > 0.0 { since } else { dt };
+            row.contact_force = if since > 0.0 { impulse.dot(&body.flight) / since } else { 0.0 };
             if body.velocity.z > 0.0 {
                 let torn = self.failed.iter().enumerate().filter(|(_, failed)| failed[0] + failed[1] > 0);
                 let through = self.tracker.as_ref().is_some_and(|tracker| tracker.outcome == Outcome::Perforated);
                 row.perforated_plies = torn.filter(|(ply, _)| through || !covered(body, *ply)).count() as u32;
             }
         }
-        self.deflections.sample(plies);
         let run = &mut self.run;
         let Balance { projectile, external, error, gained, .. } = &mut row.balance;
         let put_in = run.fabric_energy + (run.impact_energy - *projectile).abs() + external.abs();
@@ -221,14 +232,12 @@ impl RunRecord {
         *error /= run.exchanged_energy;
         *gained /= run.exchanged_energy;
         run.momentum_error = run.momentum_error.max(balance.momentum_error);
-        if plies.len() > 1 {
-            let scale = copies as f64;
-            let rows = plies.iter().zip(&self.failed).enumerate();
-            run.ply_history.extend(rows.map(|(ply, (m, failed))| {
-                let moment = PlyMoment { kinetic: m.kinetic * scale, stored: m.stored * scale, ..*m };
-                PlySample { time, ply, moment, failed: *failed }
-            }));
-        }
+        let scale = copies as f64;
+        let rows = plies.iter().zip(&self.failed).enumerate();
+        run.ply_history.extend(rows.map(|(ply, (m, failed))| {
+            let moment = PlyMoment { kinetic: m.kinetic * scale, stored: m.stored * scale, ..*m };
+            PlySample { time, ply, moment, failed: *failed }
+        }));
         run.history.push(row);
         let (Some(tracker), Some((body, _))) = (&mut self.tracker, body) else { return false };
         let any = || (0..self.failed.len()).any(|ply| covered(body, ply));
@@ -297,7 +306,17 @@ impl RunRecord {
         run.newton.max_residual /= weakest;
         run.newton.mean_iterations = self.evaluations[0] / self.evaluations[1].max(1.0);
         run.newton.unconverged *= run.planes.copies();
-        run.deflections = self.deflections.largest();
+        run.deflections = vec![0.0; run.plies];
+        for (row, plies) in run.history.iter_mut().zip(run.ply_history.chunks(run.plies)) {
+            for (largest, ply) in run.deflections.iter_mut().zip(plies) {
+                row.last_deflection = ply.moment.deflection;
+                row.deflection = row.deflection.max(row.last_deflection);
+                *largest = largest.max(row.last_deflection);
+            }
+        }
+        if run.plies == 1 {
+            run.ply_history.clear();
+        }
         run.events = whole_events(model, run.events);
         run.loop_seconds = loop_seconds;
         run.step_set_by = model.bound.set_by;

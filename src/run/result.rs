@@ -23,7 +23,7 @@ pub struct Sample {
     pub projectile_velocity: f64,
     /// Displacement of the projectile along its line of flight [m].
     pub projectile_displacement: f64,
-    /// Mean since the last row, along the line of flight [N].
+    /// Mean since the last row, along the line of flight; 0 in the first [N].
     pub contact_force: f64,
     /// Energies.
     pub balance: Balance,
@@ -31,9 +31,9 @@ pub struct Sample {
     pub failed: [u64; 2],
     /// Elements eroded so far.
     pub eroded: u64,
-    /// Largest |z displacement| of intact fabric [m].
+    /// Largest |z displacement| of intact fabric that is attached to an edge [m]. Debris does not count.
     pub deflection: f64,
-    /// Largest |z displacement| of intact fabric of the last ply [m].
+    /// The same of the last ply, the back face [m].
     pub last_deflection: f64,
     /// Plies with failures and no intact element left ahead of the projectile.
     pub perforated_plies: u32,

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use super::frame::{Frame, PlyMesh, Pose, Scene};
 use crate::model::Model;
 use crate::model::mesh::Mesh;
+use crate::model::ply_type::PlyType;
 use crate::num::scalar::{Scalar, each};
 use crate::physics::crossover;
 use crate::physics::kinematics::{ElementConstants, ElementGeometry, differences, kinematics};
@@ -128,22 +129,38 @@ fn fill<S: Scalar>(model: &Model<S>, plies: &[Patch<S>], scene: &Scene, frame: &
         // What nothing has reached is flat; what started otherwise counts as reached.
         let rest = read(&constants, [1.0; 2], &[[S::splat(0.0); 4]; 3], start);
         (0..whole.elements()).for_each(|at| put(frame, whole.first_element + at, &rest, 1.0));
-        fill_elements(patch, &constants, &ply_type.mesh, whole, frame);
+        fill_elements(patch, ply_type, &rest, whole, frame);
         fill_nodes(patch, &ply_type.mesh, whole, frame);
     }
 }
 
 fn fill_elements<S: Scalar>(
     patch: &Patch<S>,
-    constants: &ElementConstants<S>,
-    mesh: &Mesh,
+    ply_type: &PlyType<S>,
+    rest: &ElementReading,
     whole: &PlyMesh,
     frame: &mut Frame,
 ) {
-    for (place, before) in places(0..patch.rows.len(), 0..patch.columns.len()).zip(&patch.elements) {
-        let (row, column) = (patch.rows.start + place.0, patch.columns.start + place.1);
-        let size = mesh.widths(row, column);
-        let reading = read(constants, size, &patch.corners(place.0, place.1), *before);
+    let (constants, mesh) = (ply_type.constants::<S>(), &ply_type.mesh);
+    let (first, columns) = ([patch.rows.start, patch.columns.start], patch.columns.len());
+    let places = || places(patch.rows.clone(), patch.columns.clone());
+    let read = |((row, column), before): ((usize, usize), &Before<S>)| {
+        let corners = patch.corners(row - first[0], column - first[1]);
+        read(&constants, mesh.widths(row, column), &corners, *before)
+    };
+    let readings: Vec<ElementReading> = places().zip(&patch.elements).map(read).collect();
+    let tension = |yarn: usize, row: usize, column: usize| {
+        let is_read = patch.rows.contains(&row) && patch.columns.contains(&column);
+        let read = || &readings[(row - first[0]) * columns + column - first[1]];
+        f64::from(if is_read { read() } else { rest }.tension[yarn])
+    };
+    for ((row, column), reading) in places().zip(&readings) {
+        let of_yarns = [
+            ply_type.windows[0].of_yarn(row, |beside| tension(0, beside, column)),
+            ply_type.windows[1].of_yarn(column, |beside| tension(1, row, beside)),
+        ];
+        let tension = [0, 1].map(|yarn| if reading.alive[yarn] { of_yarns[yarn] as f32 } else { 0.0 });
+        let reading = ElementReading { tension, ..*reading };
         for ([column, row], [x, y]) in mesh.images([column, row], 1) {
             put(frame, whole.first_element + row * whole.columns + column, &reading, y * x);
         }
@@ -177,7 +194,7 @@ fn fill_nodes<S: Scalar>(patch: &Patch<S>, mesh: &Mesh, whole: &PlyMesh, frame: 
 /// One element, rounded to what files hold.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct ElementReading {
-    /// Tension of the yarns [N].
+    /// Force over the number of yarns that the element has of each; in a frame the tension of the yarn [N].
     tension: [f32; 2],
     /// Strain of the yarns [-].
     strain: [f32; 2],

@@ -115,10 +115,6 @@ pub struct ElementTotals {
     pub solved: f64,
     /// Largest residual [N].
     pub max_residual: f64,
-    /// Largest yarn tension now [N]; only in sample steps.
-    pub max_tension: f64,
-    /// Largest yarn tension over the yarn's breaking load now [-], of those that carry less; only in sample steps.
-    pub max_load: f64,
     /// Largest |z displacement| of a corner of a standing element [m]; only in sample steps.
     pub max_deflection: f64,
     /// Largest strain of warp and weft now [-].
@@ -172,8 +168,6 @@ impl RowSums {
 pub(super) struct RowMaxima<R> {
     pub(super) strain: [R; 2],
     pub(super) residual: R,
-    pub(super) tension: R,
-    pub(super) load: R,
     pub(super) deflection: R,
     /// Whole numbers add up exactly in any order.
     pub(super) iterations: R,
@@ -183,7 +177,7 @@ impl<R: Real> RowMaxima<R> {
     #[inline(always)]
     pub(super) fn new(n: R) -> Self {
         let zero = n.zero();
-        Self { strain: [zero; 2], residual: zero, tension: zero, load: zero, deflection: zero, iterations: zero }
+        Self { strain: [zero; 2], residual: zero, deflection: zero, iterations: zero }
     }
 
     #[inline(always)]
@@ -192,8 +186,6 @@ impl<R: Real> RowMaxima<R> {
             totals.largest_strain[i] = totals.largest_strain[i].max(self.strain[i].reduce_max());
         }
         totals.max_residual = totals.max_residual.max(self.residual.reduce_max());
-        totals.max_tension = totals.max_tension.max(self.tension.reduce_max());
-        totals.max_load = totals.max_load.max(self.load.reduce_max());
         totals.max_deflection = totals.max_deflection.max(self.deflection.reduce_max());
         totals.iterations += (0..R::LANES).map(|lane| self.iterations.lane(lane).to_f64()).sum::<f64>();
     }
@@ -285,12 +277,6 @@ pub(super) fn energies<R: Real>(
     if let Some(law) = row.law_energy {
         sums.law[0].add(R::select(both_left, law.shares(&k.extension) * cells, zero), *column);
     }
-    maxima.tension = maxima.tension.max(tension[0].max(tension[1]));
-    // Tension over breaking load is strain over failure strain.
-    let part = each!(i in 2 => R::select(yarns.alive[i], strain[i] / c.cell.yarn[i].failure_strain, zero));
-    // A mean over the failure length stands for what is beyond.
-    let part = part.map(|part| R::select(part.lt(n.one()), part, zero));
-    maxima.load = maxima.load.max(part[0].max(part[1]));
     let [p, q, r, s] = corners(n, row, 2, *column);
     maxima.deflection = maxima.deflection.max(R::select(any, p.abs().max(q.abs()).max(r.abs().max(s.abs())), zero));
 }

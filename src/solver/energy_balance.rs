@@ -51,7 +51,7 @@ pub struct EnergyBalance {
     pub(crate) hourglass: f64,
     /// Largest yarn tension [N].
     pub(crate) max_tension: f64,
-    /// Largest strain over failure strain [-].
+    /// Largest strain of a whole piece of yarn over its failure strain [-].
     pub(crate) max_load: f64,
     /// Projectile kinetic energy [J].
     projectile: f64,
@@ -180,14 +180,13 @@ impl EnergyBalance {
         }
     }
 
-    /// Takes the element sums of a sampling step, row by row. `load`: largest of a piece of yarn over its breaking load.
-    pub(crate) fn sample_elements(&mut self, rows: &[ElementTotals], grid: &Grid, load: f64) {
+    /// Takes the element sums of a sampling step, row by row. `loads`: see [`yarn_loads`](super::failure::yarn_loads).
+    pub(crate) fn sample_elements(&mut self, rows: &[ElementTotals], grid: &Grid, loads: [f64; 2]) {
         let sum = |of: fn(&ElementTotals) -> f64| rows.iter().map(of).sum::<f64>();
         self.stored = sum(|row| row.stored);
         self.hourglass = sum(|row| row.hourglass);
         self.law_energy = sum(|row| row.law_energy);
-        self.max_tension = rows.iter().map(|row| row.max_tension).fold(0.0, f64::max);
-        self.max_load = rows.iter().map(|row| row.max_load).fold(load, f64::max);
+        [self.max_tension, self.max_load] = loads;
         self.plies.clear();
         self.plies.extend(rows.chunks(grid.rows).map(|rows| PlyMoment {
             stored: rows.iter().map(|row| row.stored).sum(),

@@ -4,9 +4,12 @@
 //! counts: the elastic energy of the piece over that of one that breaks. With the mean instead, one side of a yarn carries far more than breaks
 //! it, the more the finer the mesh, and results do not converge (docs/decisions/09).
 
+use std::cell::Cell;
+
 use crate::model::Model;
 use crate::model::failure_criterion::{Window, Windows};
 use crate::num::scalar::Scalar;
+use crate::physics::yarn_law::YarnConstants;
 use crate::solver::element_force::MARKED_FOR_FAILURE;
 use crate::solver::element_totals::{ElementTotals, field};
 use crate::solver::state::State;
@@ -14,61 +17,110 @@ use crate::solver::state::State;
 /// Marks the yarns of which an element's strain and the strain of the piece around it reached the failure strain in the last step: that piece
 /// breaks in this one, over its whole breadth. Where strength varies, each piece has a failure strain of its own. `last`: sums of that step, which
 /// say where nothing has to be looked at; `None`: everything is.
-///
-/// Gives the largest strain of a whole piece over its failure strain.
-pub fn evaluate_failure<S: Scalar>(model: &Model<S>, state: &mut State<S>, last: Option<&[ElementTotals]>) -> f64 {
-    let mut found = Found::default();
-    for ply in 0..model.grid.plies {
-        let ply_type = model.ply_type(ply);
-        for (yarn, windows) in ply_type.windows.iter().enumerate() {
-            let nominal = ply_type.cell.yarn[yarn].failure_strain;
-            let yarns = YarnsOfPly { model, state, first: model.grid.first_element_row(ply), yarn, windows, nominal };
-            // Almost always nothing has to be looked at.
-            let is_near = |row: usize| last.is_none_or(|totals| yarns.may_break(row, totals));
-            if yarn == 0 {
-                for across in windows.yarns().filter(|across| across.elements().any(|(row, _)| is_near(row))) {
-                    (0..ply_type.mesh.columns).for_each(|column| yarns.judge(column, across, &mut found));
-                }
-            } else {
-                for row in (0..ply_type.mesh.rows).filter(|row| is_near(*row)) {
-                    windows.yarns().for_each(|across| yarns.judge(row, across, &mut found));
-                }
+pub fn evaluate_failure<S: Scalar>(model: &Model<S>, state: &mut State<S>, last: Option<&[ElementTotals]>) {
+    let mut breaking = Vec::new();
+    for yarns in &yarns_of(model, state) {
+        // Almost always nothing has to be looked at.
+        let is_near = |row: usize| last.is_none_or(|last| yarns.largest_load(row, last) >= 1.0);
+        yarns.sections(is_near, |along, across| {
+            if yarns.own_load(along, across) >= 1.0 && yarns.load(along, across).0 >= 1.0 {
+                let along = yarns.windows.breaking[along].clone();
+                let piece = along.flat_map(|at| across.elements().map(move |(beside, _)| yarns.place(at, beside)));
+                let whole = piece.filter(|(row, column)| yarns.strain(*row, *column) >= 0.0);
+                breaking.extend(whole.map(|(row, column)| [yarns.first + row, yarns.yarn, column]));
             }
-        }
+        });
     }
-    for [row, yarn, column] in found.breaking {
+    for [row, yarn, column] in breaking {
         state.elements.set(row, field::ALIVE + yarn, column + 1, S::splat(MARKED_FOR_FAILURE));
     }
-    found.largest
 }
 
-/// Yarns that break, and the largest load.
-#[derive(Default)]
-struct Found {
-    /// Row of the pack, yarn (0 warp, 1 weft), column.
-    breaking: Vec<[usize; 3]>,
-    /// Strain of a whole piece over its failure strain.
-    largest: f64,
+/// Largest tension of a yarn [N], and largest strain of a whole piece of yarn over its failure strain, after a step: 1 where it breaks in the
+/// next one, not before. `last`: sums of the step, as for [`evaluate_failure`].
+pub fn yarn_loads<S: Scalar>(model: &Model<S>, state: &State<S>, last: Option<&[ElementTotals]>) -> [f64; 2] {
+    let (tension, load) = (Cell::new(0.0_f64), Cell::new(0.0_f64));
+    for yarns in &yarns_of(model, state) {
+        // What is no more than was found already needs no closer look.
+        let is_near = |row: usize| {
+            let may_be_more = |last: &[ElementTotals]| {
+                yarns.stiffness * last[yarns.first + row].largest_strain[yarns.yarn] > tension.get()
+                    || yarns.largest_load(row, last) > load.get()
+            };
+            last.is_none_or(may_be_more)
+        };
+        yarns.sections(is_near, |along, across| {
+            tension.set(tension.get().max(yarns.tension(along, across.first)));
+            let own = yarns.own_load(along, across);
+            if own > load.get()
+                && let (of_piece, true) = yarns.load(along, across)
+            {
+                load.set(load.get().max(own.min(of_piece)));
+            }
+        });
+    }
+    [tension.get(), load.get()]
+}
+
+/// Tension of a yarn (0 warp, 1 weft) in an element of a ply after the last step [N]: what all elements side by side in the yarn carry.
+pub fn yarn_tension<S: Scalar>(
+    model: &Model<S>,
+    state: &State<S>,
+    ply: usize,
+    yarn: usize,
+    (row, column): (usize, usize),
+) -> f64 {
+    let yarns = YarnsOfPly::new(model, state, ply, yarn);
+    let (across, along) = yarns.place(column, row);
+    yarns.tension(along, across)
+}
+
+fn yarns_of<'a, S: Scalar>(model: &'a Model<S>, state: &'a State<S>) -> Vec<YarnsOfPly<'a, S>> {
+    let all = (0..model.grid.plies).flat_map(|ply| [(ply, 0), (ply, 1)]);
+    all.map(|(ply, yarn)| YarnsOfPly::new(model, state, ply, yarn)).collect()
 }
 
 /// Warp (0) or weft (1) of a ply.
 struct YarnsOfPly<'a, S: Scalar> {
     model: &'a Model<S>,
     state: &'a State<S>,
+    ply: usize,
     /// First row of elements of the ply.
     first: usize,
     yarn: usize,
     windows: &'a Windows,
     /// Failure strain of the fabric [-].
     nominal: f64,
+    /// [N]
+    stiffness: f64,
 }
 
-impl<S: Scalar> YarnsOfPly<'_, S> {
-    /// Whether an element of a row reached its failure strain.
-    fn may_break(&self, row: usize, last: &[ElementTotals]) -> bool {
+impl<'a, S: Scalar> YarnsOfPly<'a, S> {
+    fn new(model: &'a Model<S>, state: &'a State<S>, ply: usize, yarn: usize) -> Self {
+        let (ply_type, first) = (model.ply_type(ply), model.grid.first_element_row(ply));
+        let YarnConstants { failure_strain: nominal, stiffness, .. } = ply_type.cell.yarn[yarn];
+        Self { model, state, ply, first, yarn, windows: &ply_type.windows[yarn], nominal, stiffness }
+    }
+
+    /// Visits the places along every yarn by its elements side by side, in rows that may matter.
+    fn sections(&self, is_near: impl Fn(usize) -> bool, mut visit: impl FnMut(usize, &'a Window)) {
+        let mesh = &self.model.ply_type(self.ply).mesh;
+        if self.yarn == 0 {
+            for across in self.windows.yarns().filter(|across| across.elements().any(|(row, _)| is_near(row))) {
+                (0..mesh.columns).for_each(|column| visit(column, across));
+            }
+        } else {
+            for row in (0..mesh.rows).filter(|row| is_near(*row)) {
+                self.windows.yarns().for_each(|across| visit(row, across));
+            }
+        }
+    }
+
+    /// Largest strain of an element of a row over the least failure strain there, in the last step.
+    fn largest_load(&self, row: usize, last: &[ElementTotals]) -> f64 {
         let row = self.first + row;
         let least = self.model.strength.as_ref().map_or(1.0, |strength| strength.least(row, self.yarn));
-        last[row].largest_strain[self.yarn] >= self.nominal * least
+        last[row].largest_strain[self.yarn] / (self.nominal * least)
     }
 
     fn strain(&self, row: usize, column: usize) -> f64 {
@@ -81,38 +133,37 @@ impl<S: Scalar> YarnsOfPly<'_, S> {
         self.nominal * strength.map_or(1.0, |strength| strength.factor(self.first + row, self.yarn, column))
     }
 
-    /// Row and column, by the places along and across the yarn.
+    /// Row and column, by the places along and across the yarn; and the other way round.
     fn place(&self, along: usize, across: usize) -> (usize, usize) {
         if self.yarn == 0 { (across, along) } else { (along, across) }
     }
 
-    /// Judges the piece of a yarn around one of its places.
-    fn judge(&self, along: usize, across: &Window, found: &mut Found) {
-        let elements = || across.elements().map(|(beside, _)| self.place(along, beside));
-        if !elements().any(|(row, column)| self.strain(row, column) >= self.failure_strain(row, column)) {
-            return;
-        }
-        let (strain, is_whole) = self.strain_of_piece(&self.windows.along[along], across);
-        // Elements side by side share their yarn's strength.
-        let (row, column) = self.place(along, across.first);
-        let limit = self.failure_strain(row, column);
-        if is_whole {
-            found.largest = found.largest.max(strain / limit);
-        }
-        if strain >= limit {
-            let along = self.windows.breaking[along].clone();
-            let piece = along.flat_map(|at| across.elements().map(move |(beside, _)| self.place(at, beside)));
-            let whole = piece.filter(|(row, column)| self.strain(*row, *column) >= 0.0);
-            found.breaking.extend(whole.map(|(row, column)| [self.first + row, self.yarn, column]));
-        }
+    /// Tension of the yarn at an element by the places along and across it [N]; what is broken carries nothing.
+    fn tension(&self, along: usize, across: usize) -> f64 {
+        let strain = |beside: usize| {
+            let (row, column) = self.place(along, beside);
+            self.strain(row, column).max(0.0)
+        };
+        self.stiffness * self.windows.of_yarn(across, strain)
     }
-    /// Strain over the elements of a piece of yarn that are whole, of which there is one at least: the root mean square over its rows of the
-    /// means along them; and whether no element of it is broken. A broken one, slack beside its break, says nothing of the others.
-    fn strain_of_piece(&self, along: &Window, across: &Window) -> (f64, bool) {
+
+    /// Largest strain over failure strain of the elements side by side.
+    fn own_load(&self, along: usize, across: &Window) -> f64 {
+        let load = |(beside, _)| {
+            let (row, column) = self.place(along, beside);
+            self.strain(row, column) / self.failure_strain(row, column)
+        };
+        across.elements().map(load).fold(0.0, f64::max)
+    }
+
+    /// Strain over failure strain of the piece of yarn around a place: over its elements that are whole, of which there is one at least, the root
+    /// mean square over its rows of the means along them; and whether no element of it is broken. A broken one, slack beside its break, says
+    /// nothing of the others.
+    fn load(&self, along: usize, across: &Window) -> (f64, bool) {
         let (mut squares, mut area, mut is_whole) = (0.0, 0.0, true);
         for (beside, breadth) in across.elements() {
             let (mut sum, mut total) = (0.0, 0.0);
-            for (at, length) in along.elements() {
+            for (at, length) in self.windows.along[along].elements() {
                 let (row, column) = self.place(at, beside);
                 let strain = self.strain(row, column);
                 if strain >= 0.0 {
@@ -127,7 +178,9 @@ impl<S: Scalar> YarnsOfPly<'_, S> {
                 area += breadth * total;
             }
         }
-        ((squares / area).sqrt(), is_whole)
+        // Elements side by side share their yarn's strength.
+        let (row, column) = self.place(along, across.first);
+        ((squares / area).sqrt() / self.failure_strain(row, column), is_whole)
     }
 }
 
@@ -165,7 +218,9 @@ mod tests {
             }
         }
         let mut again = state.clone();
-        let load = evaluate_failure(&model, &mut state, Some(&totals));
+        let [tension, load] = yarn_loads(&model, &state, Some(&totals));
+        assert_eq!(yarn_loads(&model, &state, None), [tension, load]);
+        evaluate_failure(&model, &mut state, Some(&totals));
         let marked = |state: &State<f64>| {
             let places = (0..mesh.rows).flat_map(|row| (0..mesh.columns).map(move |column| [row, column]));
             places
@@ -173,7 +228,7 @@ mod tests {
                 .collect::<Vec<_>>()
         };
         // What the last step says only saves looking.
-        assert_eq!(evaluate_failure(&model, &mut again, None), load);
+        evaluate_failure(&model, &mut again, None);
         assert_eq!(marked(&again), marked(&state));
         (marked(&state), load)
     }
@@ -190,7 +245,11 @@ mod tests {
         assert_eq!(marked, [[4, 3], [4, 4], [4, 5]]);
         assert!((load - (0.9 + 0.31 / 3.0)).abs() < 1e-12, "{load}");
         assert_eq!(judged(|_, _| 1.001, &[THREE]).0.len(), 81);
-        assert_eq!(judged(|_, _| 0.999, &[THREE]), (NOTHING.to_vec(), 0.0));
+        let (marked, load) = judged(|_, _| 0.999, &[THREE]);
+        assert!(marked == NOTHING && (load - 0.999).abs() < 1e-12, "{load}");
+        // An element close to its failure strain says no more of the piece than one beyond it.
+        let (marked, load) = judged(|row, column| if (row, column) == (4, 4) { 0.999 } else { 0.7 }, &[THREE]);
+        assert!(marked == NOTHING && (load - 2.399 / 3.0).abs() < 1e-12, "{load}");
         // The mean is along the yarn: its neighbours do not help.
         let row: Vec<[usize; 2]> = (0..9).map(|column| [4, column]).collect();
         assert_eq!(judged(|row, _| if row == 4 { 1.001 } else { 0.1 }, &[THREE]).0, row);
@@ -234,7 +293,9 @@ mod tests {
                 _ => 0.1,
             }
         };
-        assert_eq!(judged(broken(0.81), &[THREE]), (vec![[4, 4], [4, 5]], 0.0));
+        let (marked, load) = judged(broken(0.81), &[THREE]);
+        assert_eq!(marked, [[4, 4], [4, 5]]);
+        assert!((load - (1.2 + 0.81 + 0.1) / 3.0).abs() < 1e-12, "{load}");
         assert_eq!(judged(broken(0.79), &[THREE]).0, NOTHING);
     }
 

@@ -35,7 +35,7 @@ use crate::num::scalar::Scalar;
 use crate::num::simd::Vectors;
 use crate::solver::element_totals::{ElementTotals, field as element};
 use crate::solver::energy_balance::EnergyBalance;
-use crate::solver::failure::evaluate_failure;
+use crate::solver::failure::{evaluate_failure, yarn_loads};
 use crate::solver::node_update::NodeTotals;
 use crate::solver::ply_impulse::PlyContact;
 use crate::solver::projectile_points::ProjectileContact;
@@ -178,8 +178,6 @@ pub struct Stepper<S: Scalar> {
     element_totals: Vec<ElementTotals>,
     /// Whether those are of the last step.
     stepped: bool,
-    /// Largest load of a yarn over the failure length in the last step, over its breaking load, where a piece carries more than that.
-    load: f64,
     node_totals: Vec<NodeTotals>,
     /// Zeros for a row of nodes without elements on one side.
     nothing: Vec<S>,
@@ -204,7 +202,6 @@ impl<S: KernelScalar> Stepper<S> {
             kernels: model.ply_types.iter().map(|ply_type| S::kernels(ply_type, vectors)).collect(),
             element_totals: vec![ElementTotals::default(); grid.element_rows()],
             stepped: false,
-            load: 0.0,
             node_totals: vec![NodeTotals::default(); grid.node_rows()],
             nothing: vec![S::splat(0.0); element::FORCES.end * grid.element_stride],
             plies: PlyContact::new(model),
@@ -259,7 +256,7 @@ impl<S: KernelScalar> Stepper<S> {
     fn sweep(&mut self, context: &mut Context<'_, S>, passes: [bool; 2]) {
         if passes[0] {
             let last = self.stepped.then_some(&self.element_totals[..]);
-            self.load = evaluate_failure(context.model, context.state, last);
+            evaluate_failure(context.model, context.state, last);
             self.stepped = true;
         }
         let Self { kernels, nothing, element_totals, node_totals, .. } = self;
@@ -336,7 +333,8 @@ impl<S: KernelScalar> Stepper<S> {
             }
         }
         if *sample {
-            balance.sample_elements(&self.element_totals, &model.grid, self.load);
+            let loads = yarn_loads(model, state, Some(&self.element_totals));
+            balance.sample_elements(&self.element_totals, &model.grid, loads);
         }
     }
 }

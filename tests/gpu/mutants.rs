@@ -109,6 +109,10 @@ defects! {
         "shares of the yarns exchanged" in "variational, compressible": "slope.yx * per_sum" => "slope * per_sum";
         "upper half of the arc sine" in "variational, compressible": "HALF_PI - 2.0 * angle" => "HALF_PI - angle";
     }
+    yarn_load {
+        "strains of the step before" in "variational, compressible": "2u + 2u * (step.index & 1u)" => "4u - 2u * (step.index & 1u)";
+        "rows of a yarn apart" in "failure over a length": "max(strain_of(element_at(ply, place_across(place, which, at)), which), 0.0)" => "max(strain_of(element_at(ply, place), which), 0.0)";
+    }
     node_update {
         "hourglass of the wrong corner" in "variational, compressible":
             "corner_force(e, there.x, 1.0, 1.0, -1.0)" => "corner_force(e, there.x, 1.0, 1.0, 1.0)";

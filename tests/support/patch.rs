@@ -141,10 +141,10 @@ impl<S: Scalar> Patch<S> {
             sums.hourglass += t.hourglass;
             sums.released[0] += t.released[0];
             sums.released[1] += t.released[1];
-            sums.max_tension = sums.max_tension.max(t.max_tension);
             sums.max_deflection = sums.max_deflection.max(t.max_deflection);
             sums.failures.extend(t.failures.iter().map(|f| (row, f.column as usize, f.yarn, f.strain)));
         }
+        [sums.max_tension, _] = solver::failure::yarn_loads(&self.model, &self.state, None);
         sums
     }
 

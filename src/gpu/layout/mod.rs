@@ -139,7 +139,7 @@ pub mod sum {
     pub const STORED: usize = 3;
     /// Hourglass energy [J].
     pub const HOURGLASS_NOW: usize = 4;
-    /// Largest tension [N].
+    /// Largest tension of a yarn [N].
     pub const TENSION: usize = 5;
     /// Largest deflection [m].
     pub const DEFLECTION: usize = 6;
@@ -169,7 +169,7 @@ pub mod sum {
     pub const VISCOUS: usize = 22;
     /// Energy made by the unit-cell law itself since the start [J].
     pub const LAW: usize = 23;
-    /// Largest tension over breaking load [-].
+    /// Largest strain of a whole piece of yarn over its failure strain [-].
     pub const LOAD: usize = 24;
 }
 

@@ -1,0 +1,43 @@
+// yarn_load: tension of the yarns, and their load as failure judges it, in steps with a sample.
+//   in      nodes         array<f32>  (6, N)    read by what it shares with others
+//   out     accumulators  array<f32>  (10, E)   see `energy_balance`: largest tension, largest load
+//   in      yarns         array<f32>  (8, E)    see `element_force`
+// Twin: src/solver/failure.rs
+
+@group(1) @binding(0) var<storage, read> nodes: array<f32>;
+@group(1) @binding(1) var<storage, read_write> accumulators: array<f32>;
+@group(1) @binding(2) var<storage, read> yarns: array<f32>;
+
+/// Strains of this step.
+fn strain_slot() -> u32 { return 2u + 2u * (step.index & 1u); }
+
+/// Mean strain of the elements side by side in a yarn with one: what is broken carries nothing.
+fn yarn_strain(ply: u32, place: vec2<u32>, which: u32) -> f32 {
+    let across = side_by_side(ply, place, which);
+    var sum = 0.0;
+    var total = 0.0;
+    for (var at = across.x; at < across.y; at++) {
+        let breadth = width_along(ply, 1u - which, at);
+        sum += breadth * max(strain_of(element_at(ply, place_across(place, which, at)), which), 0.0);
+        total += breadth;
+    }
+    return sum / total;
+}
+
+@compute @workgroup_size(64)
+fn yarn_load(id: Invocation) {
+    shot = shots[id.group.z];
+    let number = invocation_number(id);
+    if (number >= scene.shot_elements) { return; }
+    let element = first_element() + number;
+    let ply = element_ply(element);
+    let place = element_place(element);
+    if (!is_element(ply, place) || plies[ply].ply_type != scene.ply_type) { return; }
+    let strain = vec2<f32>(yarn_strain(ply, place, 0u), yarn_strain(ply, place, 1u));
+    let tension = strain * vec2<f32>(scene.warp_stiffness, scene.weft_stiffness);
+    let warp = piece_of(element, 0u, 0.0);
+    let weft = piece_of(element, 1u, 0.0);
+    let load = vec2<f32>(warp.x * warp.y, weft.x * weft.y) / failure_strain(element);
+    accumulators[5u * scene.elements + element] = max(tension.x, tension.y);
+    accumulators[9u * scene.elements + element] = max(load.x, load.y);
+}
