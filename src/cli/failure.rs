@@ -6,7 +6,9 @@ use std::process::ExitCode;
 use ripstop::case::CaseError;
 use ripstop::gpu::DeviceError;
 use ripstop::model::ModelError;
+use ripstop::output::OutputError;
 use ripstop::run::RunError;
+use ripstop::run::checkpoint::CheckpointError;
 
 use super::terminal;
 
@@ -93,9 +95,37 @@ impl CommandFailure {
     }
 }
 
-/// Errors of the library are of input or output; one of a device goes through [`CommandFailure::device`].
-impl<E: std::error::Error> From<E> for CommandFailure {
+/// Error of input or output, which ends a command with code 2. One of a device is none: it goes through [`CommandFailure::device`].
+pub(crate) trait InputError: std::error::Error {}
+
+impl InputError for CaseError {}
+impl InputError for CheckpointError {}
+impl InputError for OutputError {}
+
+impl<E: InputError> From<E> for CommandFailure {
     fn from(error: E) -> Self {
         Self::input(error.to_string())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Does not compile where `T` becomes a failure by itself: then either implementation is meant.
+    trait Ambiguous<A> {
+        const NO: bool = true;
+    }
+    impl<T> Ambiguous<()> for T {}
+    impl<T: Into<CommandFailure>> Ambiguous<u8> for T {}
+
+    #[test]
+    fn an_error_of_a_device_ends_with_code_3_whichever_way_it_goes() {
+        assert!(<DeviceError as Ambiguous<_>>::NO && <RunError as Ambiguous<_>>::NO);
+        let error = DeviceError::NoAdapter;
+        assert_eq!(CommandFailure::device(&error).code, 3);
+        assert_eq!(CommandFailure::start("shot.json", &RunError::Device(error)).code, 3);
+        let found = CaseError::new("shot.json", "/pack", "a pack", "none", "add one");
+        assert_eq!(CommandFailure::from(found).code, 2);
     }
 }

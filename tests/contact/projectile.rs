@@ -249,7 +249,7 @@ fn friction_stops_a_node_or_drags_it_with_all_that_it_has() {
 #[test]
 fn friction_of_heavy_nodes_throws_no_light_body() {
     let mut numbers = Numbers(29);
-    for at in 0..1000 {
+    for at in 0..5000 {
         let mut scene = Scene::new(&mut numbers, 0, 2.0, false, false);
         // The body's lengths and speeds, and a thousandth of its mass or more.
         let share = 10_f64.powi(at % 4 - 3);
@@ -265,7 +265,14 @@ fn friction_of_heavy_nodes_throws_no_light_body() {
         scene.totals = resolve(&mut scene.body, &mut scene.points, &mut scene.rim, DT);
         let [before, after] = [false, true].map(|after| scene.energy(after));
         assert!(after <= before * (1.0 + 1e-12), "{share}: {before} J became {after} J");
-        assert!(scene.totals.friction >= -1e-12 * before, "{share}: {:?} of {before} J", scene.totals);
+        // What is booked is what was lost. Friction that met a slide before the last normal impulses may push a little after them.
+        let ContactTotals { friction, dissipation, .. } = scene.totals;
+        assert!(
+            (before - after - friction - dissipation).abs() < 1e-11 * before,
+            "{share}: {before} J, {:?}",
+            scene.totals
+        );
+        assert!(friction >= -1e-3 * before, "{share}: {:?} of {before} J", scene.totals);
     }
 }
 
