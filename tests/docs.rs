@@ -23,6 +23,8 @@ use std::path::Path;
 
 use page::Page;
 pub(crate) use page::hold;
+use ripstop::study::v50::AS_WOVEN;
+use ripstop::study::v50_result::OVER_MEASURED;
 
 /// Lines of the README at most.
 const README_LINES: usize = 120;
@@ -112,10 +114,18 @@ fn measured_limits_are_those_of_their_page() {
         true => fs::write(measured::PICTURE, picture).unwrap(),
         false => assert!(fs::read_to_string(measured::PICTURE).unwrap() == picture, "{}", measured::PICTURE),
     }
-    assert!(rows.len() >= 15);
+    assert!(rows.len() >= 15 && fs::read_to_string("README.md").unwrap().contains(&measured::sentence(&rows)));
+    // What `v50` says of limits so far holds for every row.
+    for (woven, (_, [least, largest])) in OVER_MEASURED.into_iter().enumerate() {
+        let ratios: Vec<f64> = rows.iter().filter_map(|row| row.ratio(woven)).collect();
+        assert!(
+            ratios.len() > 5 && ratios.iter().all(|ratio| (least - 0.005..largest + 0.005).contains(ratio)),
+            "{ratios:?}"
+        );
+    }
     for (name, woven) in [("S-720, 1 ply", 0), ("KM2 S-706, 4 plies, 2-grain", 0), ("KM2 S-706, 4 plies, 2-grain", 1)] {
         let row = rows.iter().find(|row| row.name.starts_with(name)).unwrap();
-        let case = row.case([1.0, ripstop::study::v50::AS_WOVEN[0]][woven]).unwrap();
+        let case = row.case([1.0, AS_WOVEN[0]][woven]).unwrap();
         for (velocity, outcome) in row.computed_m_s[woven].unwrap().into_iter().zip(["stopped", "perforated"]) {
             let run = case.with("/projectile/velocity_m_s", velocity).unwrap().run().unwrap();
             assert_eq!(run.outcome.word(), outcome, "{} at {velocity} m/s", row.name);

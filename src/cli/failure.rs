@@ -107,25 +107,3 @@ impl<E: InputError> From<E> for CommandFailure {
         Self::input(error.to_string())
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Does not compile where `T` becomes a failure by itself: then either implementation is meant.
-    trait Ambiguous<A> {
-        const NO: bool = true;
-    }
-    impl<T> Ambiguous<()> for T {}
-    impl<T: Into<CommandFailure>> Ambiguous<u8> for T {}
-
-    #[test]
-    fn an_error_of_a_device_ends_with_code_3_whichever_way_it_goes() {
-        assert!(<DeviceError as Ambiguous<_>>::NO && <RunError as Ambiguous<_>>::NO);
-        let error = DeviceError::NoAdapter;
-        assert_eq!(CommandFailure::device(&error).code, 3);
-        assert_eq!(CommandFailure::start("shot.json", &RunError::Device(error)).code, 3);
-        let found = CaseError::new("shot.json", "/pack", "a pack", "none", "add one");
-        assert_eq!(CommandFailure::from(found).code, 2);
-    }
-}
