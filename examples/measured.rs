@@ -188,8 +188,16 @@ pub(crate) fn picture(rows: &[Row]) -> String {
     }
     words(260.0, 474.0, "text-anchor=\"middle\"", "measured limit [m/s]");
     words(16.0, 240.0, "text-anchor=\"middle\" transform=\"rotate(-90 16 240)\"", "computed limit [m/s]");
-    words(84.0, 40.0, "", "● yarns as published   ○ failure strain × 0.785");
-    words(84.0, 58.0, "", "blue: limits that were shot, orange: values of a curve, dashed: ± 25 %");
+    let legend = [
+        "● yarns as published",
+        "○ failure strain × 0.785",
+        "blue: limits that were shot",
+        "orange: values of a curve",
+        "dashed: 0.8 and 1.25 times as high",
+    ];
+    for (line, text) in legend.into_iter().enumerate() {
+        words(262.0, 356.0 + 16.0 * line as f64, "", text);
+    }
     for row in rows {
         for (woven, fill) in [1.0, 0.0].iter().enumerate() {
             if row.ratio(woven).is_none() {
