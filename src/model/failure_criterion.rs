@@ -54,7 +54,7 @@ impl Windows {
         self.across.iter().enumerate().filter(|(at, window)| window.first == *at).map(|(_, window)| window)
     }
 
-    /// What a yarn has of a quantity per yarn that its elements side by side carry, one of which is given: their mean over its breadth.
+    /// Mean over the breadth of a yarn of a quantity of its elements side by side, one of which is given.
     pub(crate) fn of_yarn(&self, element: usize, of: impl Fn(usize) -> f64) -> f64 {
         let window = &self.across[element];
         let sum: f64 = window.elements().map(|(beside, breadth)| breadth * of(beside)).sum();

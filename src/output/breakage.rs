@@ -27,7 +27,7 @@ pub struct Breakage {
     pub elsewhere: usize,
     /// Yarns that broke first at an edge that is held, and those that broke first at the hit, until the projectile is through.
     pub torn_off: [usize; 2],
-    /// The same when the former led by most; where they never did, in the end.
+    /// Both counts when the edges led by most; the final ones where they never led.
     pub torn_first: [usize; 2],
 }
 
@@ -37,7 +37,7 @@ impl Breakage {
         self.at_hit + self.at_edges + self.elsewhere
     }
 
-    /// Whether the fabric tore off its frame rather than broke at the hit.
+    /// Whether more yarns broke first at held edges than at the hit.
     pub fn is_torn_off(&self) -> bool {
         self.torn_off[0] > self.torn_off[1]
     }

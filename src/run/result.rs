@@ -33,7 +33,7 @@ pub struct Sample {
     pub eroded: u64,
     /// Largest |z displacement| of intact fabric that is attached to an edge [m]. Debris does not count.
     pub deflection: f64,
-    /// The same of the last ply, the back face [m].
+    /// Largest deflection of the last ply, the back face [m].
     pub last_deflection: f64,
     /// Plies with failures and no intact element left ahead of the projectile.
     pub perforated_plies: u32,
