@@ -11,6 +11,7 @@ use std::sync::atomic::AtomicBool;
 use std::thread::available_parallelism;
 
 use ripstop::case::{self, Case};
+use ripstop::output::plot::{self, Plot};
 use ripstop::output::{Folder, write_whole};
 use ripstop::run::Precision;
 use ripstop::study::batch::BatchOptions;
@@ -155,64 +156,22 @@ pub(crate) fn table(rows: &[Row]) -> String {
     out
 }
 
-/// Picture of the book: computed over measured limits on logarithmic axes from 100 to 1000 m/s.
+/// Picture of the book: computed over measured limits.
 pub(crate) fn picture(rows: &[Row]) -> String {
-    const SIZE: f64 = 480.0;
-    let at = |velocity: f64| 60.0 + 400.0 * (velocity / 100.0).log10();
-    let place = |[x, y]: [f64; 2]| [at(x), SIZE - at(y) + 20.0];
-    let mut out = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {SIZE} {SIZE}\" width=\"{SIZE}\" height=\"{SIZE}\" \
-         font-family=\"sans-serif\" font-size=\"12\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n"
-    );
-    let mut line = |[a, b]: [[f64; 2]; 2], style: &str| {
-        let ([x1, y1], [x2, y2]) = (place(a), place(b));
-        out +=
-            &format!("<line x1=\"{x1:.1}\" y1=\"{y1:.1}\" x2=\"{x2:.1}\" y2=\"{y2:.1}\" stroke=\"#888\" {style}/>\n");
-    };
-    for velocity in [100.0, 200.0, 400.0, 700.0, 1000.0] {
-        line([[velocity, 100.0], [velocity, 1000.0]], "stroke-opacity=\"0.25\"");
-        line([[100.0, velocity], [1000.0, velocity]], "stroke-opacity=\"0.25\"");
-    }
-    line([[100.0, 100.0], [1000.0, 1000.0]], "");
-    for factor in [0.8, 1.25] {
-        let [low, high] = [100.0 * f64::max(1.0, 1.0 / factor), 1000.0 * f64::min(1.0, 1.0 / factor)];
-        line([[low, factor * low], [high, factor * high]], "stroke-dasharray=\"4 4\"");
-    }
-    let mut words = |x: f64, y: f64, more: &str, words: &str| {
-        out += &format!("<text x=\"{x:.1}\" y=\"{y:.1}\" fill=\"#222\" {more}>{words}</text>\n");
-    };
-    for velocity in [100.0, 200.0, 400.0, 700.0, 1000.0] {
-        let [x, y] = place([velocity, velocity]);
-        words(x, 456.0, "text-anchor=\"middle\"", &velocity.to_string());
-        words(54.0, y + 4.0, "text-anchor=\"end\"", &velocity.to_string());
-    }
-    words(260.0, 474.0, "text-anchor=\"middle\"", "measured limit [m/s]");
-    words(16.0, 240.0, "text-anchor=\"middle\" transform=\"rotate(-90 16 240)\"", "computed limit [m/s]");
-    let legend = [
-        "● yarns as published",
-        "○ failure strain × 0.785",
-        "blue: limits that were shot",
-        "orange: values of a curve",
-        "dashed: 0.8 and 1.25 times as high",
-    ];
-    for (line, text) in legend.into_iter().enumerate() {
-        words(262.0, 356.0 + 16.0 * line as f64, "", text);
-    }
-    for row in rows {
-        for (woven, fill) in [1.0, 0.0].iter().enumerate() {
-            if row.ratio(woven).is_none() {
-                continue;
-            }
-            let [x, y] = place([row.measured_m_s, row.computed_m_s[woven].map_or(f64::NAN, v50::middle)]);
-            let colour = if row.kind == "curve" { "#cc5a0a" } else { "#1f5fae" };
-            out += &format!(
-                "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"5\" stroke=\"{colour}\" fill=\"{colour}\" fill-opacity=\"{fill}\">\
-                 <title>{}</title></circle>\n",
-                row.name
-            );
+    const MOST: f64 = 800.0;
+    let mut plot = Plot::new([0.0, MOST], [0.0, MOST], ["measured limit [m/s]", "computed limit [m/s]"]);
+    plot.line("ink", "equal", &[[0.0; 2], [MOST; 2]]);
+    plot.line("ink dashed", "0.8, 1.25 times", &[[0.0; 2], [MOST, 0.8 * MOST]]);
+    plot.line("ink dashed", "", &[[0.0; 2], [0.8 * MOST, MOST]]);
+    for (woven, (class, name)) in [("k0", "as published"), ("k1", "as woven, 0.785")].into_iter().enumerate() {
+        plot.name(&format!("line {class}"), name);
+        for row in rows.iter().filter(|row| row.ratio(woven).is_some()) {
+            let computed = row.computed_m_s[woven].map_or(f64::NAN, v50::middle);
+            let radius = if row.kind == "curve" { 3.0 } else { 6.0 };
+            plot.dot(class, [row.measured_m_s, computed], radius, &row.name);
         }
     }
-    out + "</svg>\n"
+    plot::file("Computed over measured limits", "Large: limits that were shot; small: values of a curve.", &[plot])
 }
 
 /// Rows as the file has them, one a line.

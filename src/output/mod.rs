@@ -18,7 +18,8 @@ pub mod frames;
 pub mod number;
 #[cfg(feature = "report")]
 mod playback;
-pub(crate) mod plot;
+#[doc(hidden)]
+pub mod plot;
 #[cfg(feature = "report")]
 pub mod report;
 mod summary;

@@ -1,4 +1,4 @@
-//! Plots as SVG: axes, lines, dots and words. Shapes carry classes; their colours are those of the page, or of [`STYLE`] in a file of
+//! Plots as SVG: axes, lines, dots and words. Shapes carry classes; their colours are those of the page, or of `STYLE` in a file of
 //! its own.
 
 /// Style of plots on white, for files of their own.
@@ -99,7 +99,7 @@ impl Figure {
 
 /// A plot: two axes, and what lies between them.
 #[derive(Clone, Debug)]
-pub(crate) struct Plot {
+pub struct Plot {
     pub(crate) x: Axis,
     pub(crate) y: Axis,
     titles: [String; 2],
@@ -112,7 +112,7 @@ pub(crate) struct Plot {
 
 impl Plot {
     /// An empty plot with these ranges, the upright one widened to its next tick.
-    pub(crate) fn new(x: [f64; 2], y: [f64; 2], titles: [&str; 2]) -> Self {
+    pub fn new(x: [f64; 2], y: [f64; 2], titles: [&str; 2]) -> Self {
         let x = Axis::linear(x, [64.0, SIZE[0] - 14.0]);
         let y = Axis::linear(rounded_up(y), [SIZE[1] - 46.0, 12.0]);
         let titles = titles.map(str::to_owned);
@@ -120,7 +120,7 @@ impl Plot {
     }
 
     /// Adds a line; a name puts it into the legend.
-    pub(crate) fn line(&mut self, class: &str, name: &str, points: &[[f64; 2]]) {
+    pub fn line(&mut self, class: &str, name: &str, points: &[[f64; 2]]) {
         self.shapes += &line(&self.x, &self.y, &thinned(points, POINTS), class);
         if !name.is_empty() {
             self.legend.push((format!("line {class}"), name.to_owned()));
@@ -128,7 +128,7 @@ impl Plot {
     }
 
     /// Adds a dot, with words for the pointer.
-    pub(crate) fn dot(&mut self, class: &str, [x, y]: [f64; 2], radius: f64, words: &str) {
+    pub fn dot(&mut self, class: &str, [x, y]: [f64; 2], radius: f64, words: &str) {
         let ([x, y], words) = ([self.x.at(x), self.y.at(y)], escape(words));
         let circle = format!("<circle class=\"dot {class}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius:.1}\">");
         self.shapes += &(circle + &format!("<title>{words}</title></circle>\n"));
@@ -144,7 +144,7 @@ impl Plot {
     }
 
     /// Adds words to the legend.
-    pub(crate) fn name(&mut self, class: &str, words: &str) {
+    pub fn name(&mut self, class: &str, words: &str) {
         self.legend.push((class.to_owned(), words.to_owned()));
     }
 
@@ -155,7 +155,7 @@ impl Plot {
 }
 
 /// A file of plots beside each other, under a title and a line of words.
-pub(crate) fn file(title: &str, words: &str, plots: &[Plot]) -> String {
+pub fn file(title: &str, words: &str, plots: &[Plot]) -> String {
     let mut out = text(24.0, 28.0, "font-size=\"16\" font-weight=\"bold\"", title) + &text(24.0, 48.0, "", words);
     for (n, plot) in plots.iter().enumerate() {
         let across = SIZE[0] * n as f64;
