@@ -1,7 +1,7 @@
 // edge_contact: the normal impulses of touches that share nodes: K = N M⁻¹ Nᵀ of those that push, its factor L and both substitutions.
 // K falls into blocks that share no node.
 // Needs `points`, `touches`, their `extent`, `members` and `matrix`.
-// Twin: src/solver/edge_contact.rs
+// Twin: src/solver/contact/edge_contact.rs
 
 /// Compliance added to the diagonal of K, over itself in the whole scene: two points that ask the same of a node share its impulse.
 const SHARED: f32 = 1e-3;

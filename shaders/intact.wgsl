@@ -1,5 +1,5 @@
 // intact: what still carries load. Needs `flags`.
-// Twin: `node_stands` of src/solver/state.rs, `edge_stands` of src/solver/projectile_points.rs
+// Twin: `node_stands` of src/solver/state.rs, `edge_stands` of src/solver/contact/projectile_points.rs
 
 /// Whether any element around a node still carries load; debris no longer touches anything.
 fn is_intact(node: u32, place: vec2<u32>) -> bool {

@@ -6,7 +6,7 @@
 //   in/out  impulses  array<i32>      (N, 6)   impulse on a node, then what moves it without a velocity left, counted
 //   in/out  accumulators  array<f32>               see `energy_balance`
 //   in      status    array<u32>               counters
-// Twin: `solve` of src/solver/ply_impulse.rs
+// Twin: `solve` of src/solver/contact/ply_impulse.rs
 
 @group(1) @binding(0) var<storage, read> nodes: array<f32>;
 @group(1) @binding(1) var<storage, read> over: array<u32>;

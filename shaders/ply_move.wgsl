@@ -7,7 +7,7 @@
 //   in/out  supports  array<f32>  (S, 3)   impulse of the supports since the last sample [N·s], nodes of the rim
 //   in/out  status    array<u32>           counters
 //   in      yarns     array<f32>           viscous forces of warp and weft [N], see `element_force`
-// Twin: src/solver/ply_impulse.rs
+// Twin: src/solver/contact/ply_impulse.rs
 
 @group(1) @binding(0) var<storage, read_write> nodes: array<f32>;
 @group(1) @binding(1) var<storage, read> forces: array<f32>;

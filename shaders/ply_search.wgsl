@@ -5,7 +5,7 @@
 //   out     contacts  array<Contact>  (2, N)
 //   in/out  shares    array<u32>      (N)      contacts of a node, by weight
 //   in/out  status    array<u32>               counters
-// Twin: `PlySearch` of src/solver/ply_search.rs, `share` of src/solver/ply_impulse.rs
+// Twin: `PlySearch` of src/solver/contact/ply_search.rs, `share` of src/solver/contact/ply_impulse.rs
 
 @group(1) @binding(0) var<storage, read> nodes: array<f32>;
 @group(1) @binding(1) var<storage, read> flags: array<u32>;

@@ -1,5 +1,5 @@
 // ply_view: the nodes of a ply in the axes of the pack, and its neighbours. Needs `nodes`.
-// Twin: src/solver/ply_search.rs
+// Twin: src/solver/contact/ply_search.rs
 
 /// No such ply.
 const NO_PLY: u32 = 0xffffffffu;

@@ -1,6 +1,6 @@
 // projectile_motion: points where the projectile may touch, sums over the workgroup, and the equations of the body's motion with
 // these points attached. What `projectile_points` finds, `projectile_contact` lets meet. Needs `body`, `points` and `touches`.
-// Twin: src/solver/projectile_contact.rs
+// Twin: src/solver/contact/projectile_contact.rs
 
 /// A node near the body during one step.
 struct Point {

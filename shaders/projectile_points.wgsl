@@ -8,7 +8,7 @@
 //   out     points      array<Point>           nodes in storage order
 //   in      over        array<u32>    (2, N)   element in front of, behind a node
 //   out     touches     array<Touch>           how many, in the first; those of the nodes, then points of the rim by the first of their nodes
-// Twin: src/solver/projectile_points.rs
+// Twin: src/solver/contact/projectile_points.rs
 
 @group(1) @binding(0) var<storage, read> nodes: array<f32>;
 @group(1) @binding(1) var<storage, read> flags: array<u32>;

@@ -58,7 +58,7 @@
 //! case      JSON, checked, in SI: what the user asks
 //! physics   what a yarn, a crossover, an element and a point of contact do, without a mesh
 //! model     what stays constant: plies, mesh, unit-cell constants, masses, critical step
-//! solver    what varies, and one step of it on the processor: state, kernels and their order, energy balance
+//! solver    what varies, and one step of it on the processor: state, kernels and their order, contact, energy balance
 //! gpu       the same step on a graphics processor
 //! run       the host loop of both, outcome, history, frames, checkpoints
 //! output    files: results, checks, plots, report, frames for ParaView

@@ -14,8 +14,8 @@ use ripstop::output::checks::{Level, checks};
 use ripstop::physics::projectile_body::Body;
 use ripstop::physics::rigid_body::RigidBody;
 use ripstop::run::{Precision, Run};
-use ripstop::solver::edge_contact::{EdgeConstraint, EdgeContact, SHARED};
-use ripstop::solver::projectile_contact::{ContactPoint, resolve};
+use ripstop::solver::contact::edge_contact::{EdgeConstraint, EdgeContact, SHARED};
+use ripstop::solver::contact::projectile_contact::{ContactPoint, resolve};
 
 use crate::scene::{builtin, run, run_as, shipped};
 

@@ -138,7 +138,7 @@ impl Kernel {
 }
 
 /// Rounding of relative velocities in single precision, over the largest speed of the body [-]; in double precision
-/// [`projectile_contact::NOISE`](crate::solver::projectile_contact::NOISE).
+/// [`projectile_contact::NOISE`](crate::solver::contact::projectile_contact::NOISE).
 const NOISE: f64 = 1e-6;
 /// Part of a finest cell by which a yarn may run on too short [-]: what a sum of widths rounds to in single precision.
 const WITHIN: f64 = 1e-3;

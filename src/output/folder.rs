@@ -8,7 +8,8 @@ use same_file::Handle;
 use serde_json::Value;
 use tempfile::NamedTempFile;
 
-use super::{csv, figures};
+use super::csv;
+use super::report::figures;
 use crate::case::Case;
 use crate::run::Run;
 

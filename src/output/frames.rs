@@ -16,7 +16,7 @@ use rayon::prelude::*;
 
 use super::folder::{FRAMES, Folder, OutputError, PVD, SPOOL, StagedFrames, write_whole};
 use super::number::us;
-use super::surface::SurfaceMesh;
+use super::report::surface::SurfaceMesh;
 use crate::case::Case;
 use crate::physics::projectile_body::Body;
 use crate::physics::rigid_body::RigidBody;

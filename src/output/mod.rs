@@ -4,33 +4,25 @@
 //! Every file is written beside its place, flushed to the disk and renamed, and nothing is renamed before all files
 //! are complete: a folder holds the whole result of one run, never half of one.
 
-mod animation;
 mod breakage;
 mod checkpoint;
 pub mod checks;
 pub mod csv;
 pub mod expect;
-mod figures;
 mod folder;
 #[cfg(feature = "frames")]
 pub mod frames;
 #[doc(hidden)]
 pub mod number;
-#[cfg(feature = "report")]
-mod playback;
-#[doc(hidden)]
-pub mod plot;
-#[cfg(feature = "report")]
 pub mod report;
 mod summary;
-mod surface;
 pub mod warnings;
 
-pub use animation::{AnimatedPly, Animation, Keyframe};
 pub use breakage::Breakage;
 pub use checkpoint::CheckpointWriter;
 pub use expect::check;
 pub use folder::{CHECKPOINT, Folder, OutputError, StagedFrames, write_whole};
+pub use report::animation::{AnimatedPly, Animation, Keyframe};
 pub use summary::{Energies, Verdict, absorbed_energy, costs, residual_velocity, summary, verdict};
 #[doc(hidden)]
 pub use summary::{place, reached, symmetry};

@@ -13,7 +13,7 @@ use crate::model::Model;
 use crate::model::mesh::{Mesh, corners};
 use crate::num::scalar::Scalar;
 use crate::physics::rigid_body::Cut;
-use crate::solver::edge_contact::root;
+use crate::solver::contact::edge_contact::root;
 use crate::solver::energy_balance::PlyMoment;
 use crate::solver::state::State;
 

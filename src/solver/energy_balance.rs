@@ -13,9 +13,9 @@ use crate::model::mesh::Grid;
 use crate::num::scalar::Scalar;
 use crate::physics::rigid_body::{MirrorPlanes, RigidBody};
 use crate::solver::Divergence;
+use crate::solver::contact::projectile_contact::ContactTotals;
 use crate::solver::element_totals::{ElementTotals, field as element};
 use crate::solver::node_update::{NodeTotals, field as node};
-use crate::solver::projectile_contact::ContactTotals;
 use crate::solver::state::{Given, State};
 
 /// Running sums and the last sample.

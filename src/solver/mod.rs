@@ -10,18 +10,12 @@
 //! Rows run in parallel; sums are kept by row and added in row order, so results do not depend on threads. Rows and
 //! columns that nothing has reached are left out.
 
-pub mod broad_phase;
-mod contact_candidates;
-pub mod edge_contact;
+pub mod contact;
 pub mod element_force;
 pub mod element_totals;
 pub mod energy_balance;
 pub mod failure;
 pub mod node_update;
-mod ply_impulse;
-pub mod ply_search;
-pub mod projectile_contact;
-pub mod projectile_points;
 pub mod row_kernels;
 pub mod state;
 mod sweep;
@@ -33,12 +27,12 @@ use serde::{Deserialize, Serialize};
 use crate::model::Model;
 use crate::num::scalar::Scalar;
 use crate::num::simd::Vectors;
+use crate::solver::contact::ply_impulse::PlyContact;
+use crate::solver::contact::projectile_points::ProjectileContact;
 use crate::solver::element_totals::{ElementTotals, field as element};
 use crate::solver::energy_balance::EnergyBalance;
 use crate::solver::failure::{evaluate_failure, yarn_loads};
 use crate::solver::node_update::NodeTotals;
-use crate::solver::ply_impulse::PlyContact;
-use crate::solver::projectile_points::ProjectileContact;
 use crate::solver::row_kernels::{KernelScalar, RowKernels};
 use crate::solver::state::State;
 

@@ -6,11 +6,11 @@ use crate::num::scalar::{Real, Scalar};
 use crate::num::simd::Pair;
 use crate::num::simd::Vectors;
 use crate::physics::kinematics::ElementConstants;
-use crate::solver::broad_phase::broad_phase;
+use crate::solver::contact::broad_phase::broad_phase;
+use crate::solver::contact::ply_search::SearchPart;
 use crate::solver::element_force::element_force;
 use crate::solver::element_totals::{ElementRow, ElementTotals};
 use crate::solver::node_update::{NodePass, NodeRow, NodeTotals, node_update};
-use crate::solver::ply_search::SearchPart;
 
 /// The kernels, row by row.
 pub trait RowKernels<S: Scalar>: Send + Sync {

@@ -6,7 +6,7 @@ use super::fit::Fit;
 use super::limit::{Limit, ResidualModel};
 use super::v50_result::{ThresholdSample, V50Result};
 use crate::output::number::short;
-use crate::output::plot::{Figure, Plot};
+use crate::output::report::plot::{Figure, Plot};
 use crate::output::report::{figure, page, table};
 
 /// Points of a curve.

@@ -17,7 +17,7 @@ use super::v50_result::V50Result;
 use crate::case::{Case, CaseError};
 use crate::output::csv::{self, number};
 use crate::output::number::short;
-use crate::output::plot::{Figure, Plot};
+use crate::output::report::plot::{Figure, Plot};
 use crate::output::{Folder, OutputError};
 
 /// Every file that is written; batches lie in `points`.

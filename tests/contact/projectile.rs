@@ -4,8 +4,8 @@ use nalgebra::Vector3;
 use ripstop::case::{Motion, Rotation};
 use ripstop::physics::projectile_body::Body;
 use ripstop::physics::rigid_body::{MirrorPlanes, RigidBody};
-use ripstop::solver::edge_contact::{EdgeConstraint, EdgeContact, SHARED};
-use ripstop::solver::projectile_contact::{ContactPoint, ContactTotals, resolve};
+use ripstop::solver::contact::edge_contact::{EdgeConstraint, EdgeContact, SHARED};
+use ripstop::solver::contact::projectile_contact::{ContactPoint, ContactTotals, resolve};
 
 use crate::scene::builtin;
 

@@ -15,7 +15,7 @@ use nalgebra::Vector3;
 use ripstop::gpu::Device;
 use ripstop::gpu::shader::Kernel;
 use ripstop::model::ply_type::PlyType;
-use ripstop::solver::projectile_contact::HELD;
+use ripstop::solver::contact::projectile_contact::HELD;
 use ripstop::solver::state::State;
 
 use super::harness::{Outcome, trial};

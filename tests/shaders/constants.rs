@@ -9,7 +9,8 @@ use ripstop::model::{Model, layup};
 use ripstop::physics::{
     arc_length, coupled_newton, crossover, kinematics, membrane, ply_contact, projectile_shape, yarn_law,
 };
-use ripstop::solver::{edge_contact, element_force, projectile_contact};
+use ripstop::solver::contact::{edge_contact, projectile_contact};
+use ripstop::solver::element_force;
 use wgpu::naga;
 
 use super::modules;

@@ -4,8 +4,8 @@ use nalgebra::Vector3;
 use ripstop::case::{Along, Case, ContactSampling, Edge, Motion, Projectile, Rotation, Shape};
 use ripstop::model::Model;
 use ripstop::physics::rigid_body::RigidBody;
+use ripstop::solver::contact::projectile_points::fabric_between;
 use ripstop::solver::node_update::field as node;
-use ripstop::solver::projectile_points::fabric_between;
 use ripstop::solver::state::ActiveRegion;
 use ripstop::solver::state::State;
 

@@ -15,9 +15,9 @@ use maud::{Markup, PreEscaped, html};
 use serde_json::{Value, json};
 
 use super::animation::{AnimatedPly, Animation};
-use super::number::short;
 use super::surface::SurfaceMesh;
 use crate::case::{Case, Layer};
+use crate::output::number::short;
 use crate::run::frame::Pose;
 
 /// Byte of a broken yarn; tensions go from 0 to the one below.
@@ -30,7 +30,7 @@ fn colour(share: f64) -> [u8; 3] {
 }
 
 /// All colours as a gradient of CSS, from left to right.
-pub(super) fn gradient() -> String {
+pub(in crate::output) fn gradient() -> String {
     let stops = (0..=16).map(|n| colour(f64::from(n) / 16.0)).map(|[r, g, b]| format!(",#{r:02x}{g:02x}{b:02x}"));
     format!("linear-gradient(to right{})", stops.collect::<String>())
 }
@@ -141,7 +141,7 @@ fn describe(case: &Case, animation: &Animation, steps: &Rounding) -> Value {
 }
 
 /// The player: its controls, which the script brings to life, and the numbers it needs.
-pub(super) fn player(case: &Case, animation: &Animation) -> Markup {
+pub(in crate::output) fn player(case: &Case, animation: &Animation) -> Markup {
     let steps = Rounding::of(animation);
     let description = describe(case, animation, &steps);
     let numbers = BASE64_STANDARD.encode(deflated(&bytes(animation, &steps)));
@@ -192,8 +192,8 @@ mod tests {
 
     use flate2::read::ZlibDecoder;
 
-    use super::super::animation::Keyframe;
     use super::*;
+    use crate::output::report::animation::Keyframe;
 
     fn case() -> Case {
         crate::case::shipped(&["/expect=[]"])

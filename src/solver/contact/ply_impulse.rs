@@ -13,10 +13,10 @@ use crate::model::mesh::corners;
 use crate::num::scalar::Scalar;
 use crate::physics::ply_contact;
 use crate::solver::Context;
+use crate::solver::contact::ply_search::{FoundContacts, PlyContactPoint, PlySearch, PlyView, ROWS, SearchPart};
 use crate::solver::element_totals::field as element;
 use crate::solver::energy_balance::NodeCorrection;
 use crate::solver::node_update::{field as node, gather, neighbours};
-use crate::solver::ply_search::{FoundContacts, PlyContactPoint, PlySearch, PlyView, ROWS, SearchPart};
 use crate::solver::row_kernels::RowKernels;
 use crate::solver::state::{ActiveRegion, Rows, State};
 
@@ -24,17 +24,17 @@ use crate::solver::state::{ActiveRegion, Rows, State};
 type Contacts = [Vec<FoundContacts>; SIDES];
 
 /// Contact between the plies of a pack.
-pub(super) struct PlyContact {
+pub(in crate::solver) struct PlyContact {
     /// Contacts of each ply.
     contacts: Vec<Contacts>,
     /// Impulses of each ply.
     accumulators: Vec<ImpulseAccumulator>,
     /// Largest distance that any node may have gone so far [m].
-    pub(super) travel: f64,
+    pub(in crate::solver) travel: f64,
 }
 
 impl PlyContact {
-    pub(super) fn new<S: Scalar>(model: &Model<S>) -> Self {
+    pub(in crate::solver) fn new<S: Scalar>(model: &Model<S>) -> Self {
         let [nodes, rows] = if model.plies.len() > 1 { [model.nodes_per_ply(), model.grid.rows + 1] } else { [0; 2] };
         let contacts = [(); SIDES].map(|()| vec![FoundContacts::default(); rows.div_ceil(ROWS)]);
         let plies = model.plies.len();
@@ -42,7 +42,7 @@ impl PlyContact {
     }
 
     /// Finds and applies the impulses of a step.
-    pub(super) fn resolve<S: Scalar>(
+    pub(in crate::solver) fn resolve<S: Scalar>(
         &mut self,
         context: &mut Context<'_, S>,
         kernels: &dyn RowKernels<S>,

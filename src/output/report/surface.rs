@@ -16,16 +16,16 @@ const RINGS: usize = 12;
 
 /// A surface of triangles and quads.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct SurfaceMesh {
+pub(in crate::output) struct SurfaceMesh {
     /// In the body's axes [m].
-    pub(super) points: Vec<[f64; 3]>,
+    pub(in crate::output) points: Vec<[f64; 3]>,
     /// Corners of the faces, three or four each.
-    pub(super) faces: Vec<Vec<usize>>,
+    pub(in crate::output) faces: Vec<Vec<usize>>,
 }
 
 impl SurfaceMesh {
     /// The surface of a body; a bar reaches as far as the nodes of the pack it lies on [m].
-    pub(super) fn new<'a>(body: &Body, pack: impl Iterator<Item = &'a [f32; 3]>) -> Self {
+    pub(in crate::output) fn new<'a>(body: &Body, pack: impl Iterator<Item = &'a [f32; 3]>) -> Self {
         let profile = &body.profile;
         if profile.bar {
             let half_length = pack.map(|at| at[0].abs().max(at[1].abs())).fold(0.0, f32::max);
@@ -72,7 +72,7 @@ impl SurfaceMesh {
     }
 
     /// Corners of the faces cut into triangles.
-    pub(super) fn triangles(&self) -> impl Iterator<Item = [usize; 3]> {
+    pub(in crate::output) fn triangles(&self) -> impl Iterator<Item = [usize; 3]> {
         self.faces.iter().flat_map(|face| face[1..].windows(2).map(|pair| [face[0], pair[0], pair[1]]))
     }
 

@@ -12,24 +12,25 @@ use crate::model::layup::SIDES;
 use crate::model::{Model, layup};
 use crate::num::scalar::Scalar;
 use crate::physics::rigid_body::RigidBody;
-use crate::solver::contact_candidates::find_candidates;
-use crate::solver::edge_contact::{EdgeConstraint, EdgeContact};
+use crate::solver::Context;
+use crate::solver::contact::contact_candidates::find_candidates;
+use crate::solver::contact::edge_contact::{EdgeConstraint, EdgeContact};
+use crate::solver::contact::projectile_contact;
+use crate::solver::contact::projectile_contact::ContactPoint;
 use crate::solver::energy_balance::NodeCorrection;
 use crate::solver::node_update::{field as node, gather, neighbours};
-use crate::solver::projectile_contact::ContactPoint;
 use crate::solver::state::{State, node_position, node_stands};
-use crate::solver::{Context, projectile_contact};
 
 /// Steps a list of nearby nodes is meant to last.
 const CANDIDATE_STEPS: f64 = 24.0;
 
 /// The nodes near the projectile.
 #[derive(Default)]
-pub(super) struct ProjectileContact {
+pub(in crate::solver) struct ProjectileContact {
     /// Ply, row, column, in storage order.
-    pub(super) candidates: Vec<[usize; 3]>,
+    pub(in crate::solver) candidates: Vec<[usize; 3]>,
     /// Distance that nodes and body may still approach each other before `candidates` are stale [m].
-    pub(super) skin: f64,
+    pub(in crate::solver) skin: f64,
     /// Edges between the candidates.
     edges: CandidateEdges,
     /// Candidates in this step, by their place in `edges`.
@@ -100,13 +101,18 @@ struct CandidateNode {
 
 impl ProjectileContact {
     /// Takes a list of the nodes near the body, and how far they may still approach each other before it is stale [m].
-    pub(super) fn remember<S: Scalar>(&mut self, model: &Model<S>, candidates: Vec<[usize; 3]>, skin: f64) {
+    pub(in crate::solver) fn remember<S: Scalar>(&mut self, model: &Model<S>, candidates: Vec<[usize; 3]>, skin: f64) {
         self.edges = CandidateEdges::of(model, &candidates);
         (self.candidates, self.skin) = (candidates, skin);
     }
 
     /// Finds and applies the impulses of a step.
-    pub(super) fn resolve<S: Scalar>(&mut self, context: &mut Context<'_, S>, body: &mut RigidBody, nothing: &[S]) {
+    pub(in crate::solver) fn resolve<S: Scalar>(
+        &mut self,
+        context: &mut Context<'_, S>,
+        body: &mut RigidBody,
+        nothing: &[S],
+    ) {
         let model = context.model;
         let travel = model.dt * (context.totals.max_speed + body.speed_bound());
         if !travel.is_finite() {

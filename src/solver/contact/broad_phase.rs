@@ -10,12 +10,15 @@ use std::ops::Range;
 use crate::model::layup::PENETRATING;
 use crate::num::scalar::{Mask, Real, Scalar, each};
 use crate::physics::ply_contact::{Clearance, Planes, SLOP, is_certainly_apart, stands_clear};
-use crate::solver::ply_search::{PlySearch, ROWS, SearchPart};
+use crate::solver::contact::ply_search::{PlySearch, ROWS, SearchPart};
 
 /// Appends rows and columns of the nodes that may touch to the candidates, in order: in the precision of the state on numbers like `n`, in
 /// double precision on numbers like `d`. Compiled once.
 #[inline(never)]
-pub(super) fn broad_phase<R: Real, D: Real<Scalar = f64>>((n, d): (R, D), part: &mut SearchPart<'_, R::Scalar>) {
+pub(in crate::solver) fn broad_phase<R: Real, D: Real<Scalar = f64>>(
+    (n, d): (R, D),
+    part: &mut SearchPart<'_, R::Scalar>,
+) {
     n.vectorize(
         #[inline(always)]
         || pass(n, d, part),
@@ -194,23 +197,23 @@ fn places<D: Real<Scalar = f64>, S: Scalar>(
 const LENGTH: usize = 4 * ROWS;
 
 /// Nodes along the neighbour's rows, in the neighbour's axes.
-pub(super) struct NodeStrip<'a, S> {
+pub(in crate::solver) struct NodeStrip<'a, S> {
     /// [m]
-    pub(super) displacement: [&'a [S]; 3],
+    pub(in crate::solver) displacement: [&'a [S]; 3],
     /// Reference places along the line [m], and rounded to the precision of the state.
-    pub(super) place: &'a [f64],
+    pub(in crate::solver) place: &'a [f64],
     /// See `place`.
-    pub(super) rounded: &'a [S],
+    pub(in crate::solver) rounded: &'a [S],
     /// The reference place across the line [m].
-    pub(super) y: f64,
+    pub(in crate::solver) y: f64,
     /// Cells that the nodes are over.
-    pub(super) over: &'a [u32],
+    pub(in crate::solver) over: &'a [u32],
     /// Range of the nodes to look at.
-    pub(super) range: Range<usize>,
+    pub(in crate::solver) range: Range<usize>,
     /// Mirror planes that all of them lie on.
-    pub(super) planes: Planes,
+    pub(in crate::solver) planes: Planes,
     /// The one that lies on a plane across the line.
-    pub(super) crossed: Option<usize>,
+    pub(in crate::solver) crossed: Option<usize>,
 }
 
 /// A row of nodes of a ply that lies as its neighbour does.
@@ -235,7 +238,7 @@ fn strip_of_row<'a, S: Scalar>(
 }
 
 /// A part of a column of nodes of a ply that is laid across its neighbour.
-pub(super) struct StripColumn<S> {
+pub(in crate::solver) struct StripColumn<S> {
     displacement: [[S; LENGTH]; 3],
     place: [f64; LENGTH],
     rounded: [S; LENGTH],
@@ -248,7 +251,7 @@ pub(super) struct StripColumn<S> {
 impl<S: Scalar> StripColumn<S> {
     /// Room for columns within these rows, at most [`ROWS`] of them; `None` where the ply is not laid across its neighbour.
     #[inline(always)]
-    pub(super) fn within(search: &PlySearch<'_, S>, rows: Range<usize>) -> Option<Self> {
+    pub(in crate::solver) fn within(search: &PlySearch<'_, S>, rows: Range<usize>) -> Option<Self> {
         let seen = |own: [f64; 3]| search.theirs.mesh.to_ply(search.own.mesh.to_pack(own));
         let turn = [seen([0.0, 1.0, 0.0])[0], seen([1.0, 0.0, 0.0])[1]];
         let zero = S::splat(0.0);
@@ -264,13 +267,13 @@ impl<S: Scalar> StripColumn<S> {
 
     /// The row of a node of the line.
     #[inline(always)]
-    pub(super) fn row(&self, at: usize) -> usize {
+    pub(in crate::solver) fn row(&self, at: usize) -> usize {
         if self.turn[0] > 0.0 { self.rows.start + at } else { self.rows.end - 1 - at }
     }
 
     /// The part of a column. `over`: of the rows of the part, each of `across` nodes.
     #[inline(always)]
-    pub(super) fn line(
+    pub(in crate::solver) fn line(
         &mut self,
         search: &PlySearch<'_, S>,
         column: usize,
@@ -311,8 +314,8 @@ mod tests {
     use crate::model::layup::{self, SIDES, neighbour};
     use crate::num::simd::Vectors;
     use crate::physics::projectile_shape::tests::Numbers;
+    use crate::solver::contact::ply_search::FoundContacts;
     use crate::solver::node_update::field as node;
-    use crate::solver::ply_search::FoundContacts;
     use crate::solver::row_kernels::{KernelScalar, RowKernels};
     use crate::solver::state::{State, set_up};
 

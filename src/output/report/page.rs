@@ -11,16 +11,16 @@ use serde_json::Value;
 use sha2::{Digest, Sha256};
 
 use super::animation::Animation;
-use super::breakage::Breakage;
-use super::checks::{self, Check, Level, checks};
-use super::expect::{Judgement, expected, got, judgement, note, quantity};
 use super::figures;
-use super::number::{fixed, grouped, short};
 use super::playback;
 use super::plot::{Axis, Figure, SIZE};
-use super::summary::{Energies, absorbed_energy, costs, residual_velocity, verdict};
-use super::warnings::assumed_fields;
 use crate::case::{self, Case};
+use crate::output::breakage::Breakage;
+use crate::output::checks::{self, Check, Level, checks};
+use crate::output::expect::{Judgement, expected, got, judgement, note, quantity};
+use crate::output::number::{fixed, grouped, short};
+use crate::output::summary::{Energies, absorbed_energy, costs, residual_velocity, verdict};
+use crate::output::warnings::assumed_fields;
 use crate::run::Run;
 use crate::run::outcome::Outcome;
 

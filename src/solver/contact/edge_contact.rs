@@ -16,7 +16,7 @@ use std::ops::Range;
 
 use nalgebra::{Matrix6, Vector3, Vector6};
 
-use crate::solver::projectile_contact::{ContactPoint, inertia_along};
+use crate::solver::contact::projectile_contact::{ContactPoint, inertia_along};
 
 /// Compliance added to the diagonal of K, over itself in the whole scene [-]: two points that ask the same of a node share its impulse.
 ///

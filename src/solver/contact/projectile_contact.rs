@@ -8,7 +8,7 @@
 use nalgebra::{Matrix6, Vector3, Vector6};
 
 use crate::physics::rigid_body::RigidBody;
-use crate::solver::edge_contact::EdgeContact;
+use crate::solver::contact::edge_contact::EdgeContact;
 
 /// Changes of the set of pushing nodes allowed in one step.
 pub const SET_CHANGES: usize = 40;

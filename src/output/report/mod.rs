@@ -1,0 +1,16 @@
+//! Pictures of a run: figures, `shot.svg`, surfaces of bodies and plies, and the page `report.html` with its playback.
+
+pub(in crate::output) mod animation;
+pub(in crate::output) mod figures;
+#[cfg(feature = "report")]
+mod page;
+#[cfg(feature = "report")]
+mod playback;
+#[doc(hidden)]
+pub mod plot;
+pub(in crate::output) mod surface;
+
+#[cfg(feature = "report")]
+pub use self::page::report;
+#[cfg(feature = "report")]
+pub(crate) use self::page::{figure, page, table};
