@@ -1,13 +1,14 @@
-//! Refusals of a case: where, what was expected, what was found, and help; a document against the keys of the case file, everything that
+//! Refusals: where, what was expected, what was found, and help; a document against the keys of the case file, everything that
 //! is wrong with it, before anything is read; and the words for values, numbers, lists and JSON pointers.
 
-use std::{fmt, iter};
+use std::path::Path;
+use std::{fmt, io, iter};
 
 use serde_json::Value;
 
 use super::keys::{CASE, Key, accepts, expected, fits, keys, lookup, object, pointers, strings, value_of};
 
-/// Refusal of a case.
+/// Refusal of a case, or of a file or folder that goes with it.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub struct CaseError {
@@ -32,7 +33,7 @@ impl fmt::Display for CaseError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let text = |error: &Self| {
             let Self { file, location, expected, found, help, .. } = error;
-            let colon = if location.is_empty() { "" } else { ": " };
+            let colon = if file.is_empty() || location.is_empty() { "" } else { ": " };
             let help = help.as_ref().map(|help| format!("\n  help: {help}")).unwrap_or_default();
             format!("error: {file}{colon}{location}\n  expected: {expected}\n  found: {found}{help}")
         };
@@ -57,7 +58,7 @@ impl CaseError {
     }
 
     /// An error at `location` of a file that the caller names with [`CaseError::in_file`].
-    pub(super) fn at(location: impl Into<String>, expected: impl Into<String>, found: impl Into<String>) -> Self {
+    pub(crate) fn at(location: impl Into<String>, expected: impl Into<String>, found: impl Into<String>) -> Self {
         let (location, expected, found) = (location.into(), expected.into(), found.into());
         Self { file: Box::default(), location, expected, found, help: None, next: None }
     }
@@ -73,13 +74,24 @@ impl CaseError {
         chained.unwrap_or_else(|| Self::at("", "a case", "nothing"))
     }
 
-    pub(super) fn help(mut self, help: impl Into<String>) -> Self {
+    pub(crate) fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
         self
     }
 
+    /// An error of a file or folder as a whole.
+    pub(crate) fn of_path(path: &Path, expected: impl Into<String>, found: impl ToString, help: &str) -> Self {
+        Self::new(&path.display().to_string(), "", expected, found.to_string(), help)
+    }
+
+    /// Error of a file of results that the disk refuses.
+    pub(crate) fn unwritten(path: &Path, error: &io::Error) -> Self {
+        Self::of_path(path, "a disk that takes the results", error, "make room there, then go on with --resume")
+    }
+
     /// Names the file, unless an inner reader already did.
-    pub(super) fn in_file(mut self, file: &str) -> Self {
+    #[must_use]
+    pub fn in_file(mut self, file: &str) -> Self {
         if self.file.is_empty() {
             self.file = file.into();
         }

@@ -12,7 +12,7 @@ use ripstop::output::expect::{expected, got, quantity};
 use ripstop::output::number::{fixed, fraction, short};
 use ripstop::output::{self, Folder};
 use ripstop::run::{self, Precision, Progress};
-use ripstop::study::bench::{self, BenchError, BenchPlan};
+use ripstop::study::bench::{self, BenchPlan};
 use serde_json::{Value, json};
 
 use super::arguments::{BackendArguments, BackendChoice, PrintArguments, tolerance};
@@ -108,12 +108,8 @@ pub(crate) fn bench(arguments: &BenchArguments) -> Result<(), CommandFailure> {
     terminal::begin_bar(&arguments.print);
     for path in paths {
         let one = bench::measure(&|changes| read(path, changes), plan, &interrupted, &mut terminal::show_run);
-        measured.push(one.map_err(|error| match error {
-            BenchError::Case(error) => error.into(),
-            BenchError::Run(error) => {
-                CommandFailure::start(&path.map_or(PAPER.0.to_owned(), |path| path.display().to_string()), &error)
-            }
-        })?);
+        let name = || path.map_or(PAPER.0.to_owned(), |path| path.display().to_string());
+        measured.push(one.map_err(|error| CommandFailure::start(&name(), &error))?);
         if interrupted.load(Ordering::Relaxed) {
             break;
         }

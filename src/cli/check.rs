@@ -67,8 +67,8 @@ pub(crate) fn check(cases: &[PathBuf], sets: &[String]) -> Result<(), CommandFai
 
 /// Fields of a case, its run, notes and warnings.
 fn report(case: &Case) -> Result<String, CommandFailure> {
-    let simulation = Simulation::<f64>::with_skips(case, Skips::default())
-        .map_err(|error| CommandFailure::model(&case.path.display().to_string(), &error))?;
+    let simulation = Simulation::<f64>::with_skips(case, Skips::default());
+    let simulation = simulation.map_err(|error| error.in_file(&case.path.display().to_string()))?;
     let run = part("the run", &the_run(case, &simulation).to_string()) + "\n";
     let notes = part("notes", &case.notes.join("\n"));
     let warnings = part("warnings", &result::warnings(&case_warnings(case)));
@@ -122,8 +122,7 @@ pub(crate) fn info(case: Option<&Path>) -> Result<(), CommandFailure> {
     };
     table.row(["auto chooses", automatic.as_str()]);
     if let Some(case) = &case {
-        let refused = |error| CommandFailure::model(&case.path.display().to_string(), &error);
-        let model = Model::<f32>::part(case).map_err(refused)?;
+        let model = Model::<f32>::part(case).map_err(|error| error.in_file(&case.path.display().to_string()))?;
         let features = model.features();
         let kernels = gpu::shader::KERNELS.iter().filter(|kernel| kernel.is_in(&features)).map(|kernel| kernel.name);
         table.row(["", ""]);

@@ -5,10 +5,7 @@ use std::process::ExitCode;
 
 use ripstop::case::CaseError;
 use ripstop::gpu::DeviceError;
-use ripstop::model::ModelError;
-use ripstop::output::OutputError;
 use ripstop::run::RunError;
-use ripstop::run::checkpoint::CheckpointError;
 
 use super::terminal;
 
@@ -65,19 +62,11 @@ impl CommandFailure {
         ExitCode::from(self.code)
     }
 
-    /// Failure of a case that cannot become a model, which only geometry and equilibrium can decide.
-    pub(crate) fn model(file: &str, error: &ModelError) -> Self {
-        let text = error.to_string();
-        let (place, found) = text.split_once(": ").unwrap_or(("", &text));
-        CaseError::new(file, place, "a value with which the case can become a model", found, "change the case").into()
-    }
-
     /// Failure of a run that did not start.
     pub(crate) fn start(file: &str, error: &RunError) -> Self {
         match error {
-            RunError::Model(error) => Self::model(file, error),
+            RunError::Model(error) | RunError::Checkpoint(error) => error.clone().in_file(file).into(),
             RunError::Device(error) => Self::device(error),
-            RunError::Checkpoint(error) => error.clone().into(),
             other => Self::input(format!("error: {other}")),
         }
     }
@@ -95,15 +84,8 @@ impl CommandFailure {
     }
 }
 
-/// Error of input or output, which ends a command with code 2. One of a device is none: it goes through [`CommandFailure::device`].
-pub(crate) trait InputError: std::error::Error {}
-
-impl InputError for CaseError {}
-impl InputError for CheckpointError {}
-impl InputError for OutputError {}
-
-impl<E: InputError> From<E> for CommandFailure {
-    fn from(error: E) -> Self {
+impl From<CaseError> for CommandFailure {
+    fn from(error: CaseError) -> Self {
         Self::input(error.to_string())
     }
 }

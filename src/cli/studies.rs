@@ -210,8 +210,7 @@ impl<'a> Study<'a> {
 /// Message of a batch that did not end; `folder`: of its rows.
 fn failure(error: BatchError, folder: &Path) -> CommandFailure {
     match error {
-        BatchError::Output(error) => error.into(),
-        BatchError::Plan(error) => error.into(),
+        BatchError::Refused(error) => error.into(),
         BatchError::Device(error) => CommandFailure::device(&error),
         BatchError::Interrupted => CommandFailure::interrupted(format!(
             "interrupted; rows so far: {}\n  help: the same command with --resume goes on",

@@ -11,7 +11,7 @@ pub mod ply_type;
 pub mod time_step;
 pub mod unit_cell_curve;
 
-use crate::case::{Case, ContactSampling, Symmetry};
+use crate::case::{Case, CaseError, ContactSampling, Symmetry};
 use crate::num::scalar::Scalar;
 use crate::physics::arc_length::MAX_TERMS;
 use crate::physics::projectile_body::Body;
@@ -21,51 +21,6 @@ use failure_criterion::Strength;
 use mesh::Grid;
 use ply_type::PlyType;
 use time_step::StepBound;
-
-/// Reason why a valid case cannot become a model.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum ModelError {
-    /// The edge radius does not fit.
-    #[error("/projectile/edge_radius_mm: the rounding does not fit into the shape")]
-    EdgeRadius,
-    /// No stretch gives the tension asked for.
-    #[error("/pack/pretension: no stretch between 0.5 and 1.5 gives {asked} N/m along {yarn}")]
-    Pretension {
-        /// Yarn direction.
-        yarn: &'static str,
-        /// [N/m]
-        asked: f64,
-    },
-    /// The tension asked for would break the yarn before the shot.
-    #[error("/pack/pretension: it strains the {yarn} to {strain:.4}, beyond its failure strain {limit}")]
-    PretensionBreaks {
-        /// Yarn direction.
-        yarn: &'static str,
-        /// Yarn strain it needs [-].
-        strain: f64,
-        /// Failure strain [-].
-        limit: f64,
-    },
-    /// A roller holds one direction of the pack, which a ply laid at an odd angle does not have.
-    #[error(
-        "/pack/layup: a ply at {degrees:.6}° has roller edges; rollers hold plies laid at multiples of 90° only, clamp or \
-         free the others"
-    )]
-    TurnedRoller {
-        /// Angle of the warp [°].
-        degrees: f64,
-    },
-    /// The projectile overlaps the pack at the start.
-    #[error(
-        "/projectile: it starts {depth_mm:.6} mm inside the fabric; raise /projectile/standoff_mm or lower \
-         /pack/initial_deflection"
-    )]
-    InitialPenetration {
-        /// [mm]
-        depth_mm: f64,
-    },
-}
 
 /// Constant data of a run in the number type of its state.
 #[derive(Clone, Debug)]
@@ -124,8 +79,8 @@ impl<S: Scalar> Model<S> {
     /// Derives the model of the whole scene from a case.
     ///
     /// # Errors
-    /// When a part of the case that only geometry can judge is impossible; see [`ModelError`].
-    pub fn new(case: &Case) -> Result<Self, ModelError> {
+    /// When a part of the case that only geometry can judge is impossible.
+    pub fn new(case: &Case) -> Result<Self, CaseError> {
         Self::cut(case, false)
     }
 
@@ -134,15 +89,17 @@ impl<S: Scalar> Model<S> {
     ///
     /// # Errors
     /// As [`Model::new`].
-    pub fn part(case: &Case) -> Result<Self, ModelError> {
+    pub fn part(case: &Case) -> Result<Self, CaseError> {
         Self::cut(case, case.solver.symmetry == Symmetry::Auto)
     }
 
-    fn cut(case: &Case, cut: bool) -> Result<Self, ModelError> {
+    fn cut(case: &Case, cut: bool) -> Result<Self, CaseError> {
         let (layers, plies) = layup::layup(case);
         let cell = layers.iter().map(|layer| layer.mesh.length[0].max(layer.mesh.length[1])).fold(0.0, f64::max);
+        let unfit =
+            || CaseError::at("/projectile/edge_radius_mm", "a rounding that fits into the shape", "a larger one");
         let projectile = match &case.projectile {
-            Some(p) => Some(RigidBody::new(p, Body::new(p).ok_or(ModelError::EdgeRadius)?, cell)),
+            Some(p) => Some(RigidBody::new(p, Body::new(p).ok_or_else(unfit)?, cell)),
             None => None,
         };
         let mirror = layup::planes_of(case, projectile.as_ref());

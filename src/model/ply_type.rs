@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use crate::case::{Case, Edge, Edges, Fabric, Layer, Solver, StretchSampling};
+use crate::case::{Case, CaseError, Edge, Edges, Fabric, Layer, Solver, StretchSampling};
 use crate::model::failure_criterion::{StencilRadius, Windows, breadth};
 use crate::model::law_energy::LawEnergy;
 use crate::model::mesh::{Grid, Mesh};
 use crate::model::time_step::{FEW, InitialStretch, LET_GO, STEP_OF_FEW, StepBound, let_go, stretch_of_pretension};
-use crate::model::{ModelError, law_energy, layup};
+use crate::model::{law_energy, layup};
 use crate::num::scalar::Scalar;
 use crate::physics::crossover::compression_energy;
 use crate::physics::kinematics::ElementConstants;
@@ -64,14 +64,16 @@ pub struct RowMasses<S> {
 
 impl<S: Scalar> PlyType<S> {
     /// Derives the constants of a layer cut at these planes.
-    pub(super) fn new(case: &Case, layer: &Layer, planes: MirrorPlanes) -> Result<Self, ModelError> {
+    pub(super) fn new(case: &Case, layer: &Layer, planes: MirrorPlanes) -> Result<Self, CaseError> {
         let (fabric, pack) = (&layer.fabric, &case.pack);
         let length = layer.mesh.length;
         let mesh = Mesh::of_layer(layer).part(planes);
         let Edges { left, right, bottom, top } = layer.edges;
         let along_axes = mesh.rotation.contains(&0.0);
         if !along_axes && [left, right, bottom, top].contains(&Edge::Roller) {
-            return Err(ModelError::TurnedRoller { degrees: layer.orientation.to_degrees() });
+            let found = format!("rollers on a ply at {:.6}°", layer.orientation.to_degrees());
+            return Err(CaseError::at("/pack/layup", "rollers on plies at multiples of 90° alone", found)
+                .help("clamp or free the sides of the others"));
         }
         let cell = UnitCellParameters::new(fabric);
         let element = element_constants(fabric, length, &case.solver, &cell);

@@ -8,8 +8,7 @@
 //! Where stretches are means over an element, both yarns act on the hourglass mode, too. Then the largest term is exceeded by b1·b2 at most,
 //! with |b|² = |q|²/(3 Λ²): a twelfth where the edges differ from the centre by half of the stretch. A Courant number of 0.9 leaves a fifth.
 
-use crate::case::{Edge, Edges, InitialDeflection, Pack};
-use crate::model::ModelError;
+use crate::case::{CaseError, Edge, Edges, InitialDeflection, Pack};
 use crate::physics::crossover;
 use crate::physics::kinematics::ElementConstants;
 use crate::physics::membrane::{LONGEST_LEVER, largest_tangent};
@@ -118,7 +117,7 @@ fn membrane(cell: &UnitCellParameters<f64>, stretch: [f64; 2]) -> ([f64; 2], [f6
 ///
 /// # Errors
 /// When no stretch does, or when it would break a yarn.
-pub fn stretch_of_pretension(pack: &Pack, cell: &UnitCellParameters<f64>) -> Result<InitialStretch, ModelError> {
+pub fn stretch_of_pretension(pack: &Pack, cell: &UnitCellParameters<f64>) -> Result<InitialStretch, CaseError> {
     let rest = InitialStretch { stretch: [0.0; 2], height: [cell.yarn[0].height, cell.yarn[1].height] };
     let Some(asked) = pack.pretension else { return Ok(rest) };
     let mut stretch = [0.0; 2];
@@ -134,11 +133,13 @@ pub fn stretch_of_pretension(pack: &Pack, cell: &UnitCellParameters<f64>) -> Res
     let (force, strain, height) = membrane(cell, stretch);
     for (i, yarn) in ["warp", "weft"].into_iter().enumerate() {
         if let Some(n) = asked[i].filter(|n| (force[i] - n).abs() > 1e-6 * n.max(1.0)) {
-            return Err(ModelError::Pretension { yarn, asked: n });
+            let expected = "a force that a stretch between 0.5 and 1.5 gives";
+            return Err(CaseError::at("/pack/pretension", expected, format!("{n} N/m along {yarn}")));
         }
         let limit = cell.yarn[i].failure_strain;
         if cell.yarn[i].stiffness > 0.0 && strain[i] >= limit {
-            return Err(ModelError::PretensionBreaks { yarn, strain: strain[i], limit });
+            let expected = format!("a force that leaves the {yarn} below its failure strain, {limit}");
+            return Err(CaseError::at("/pack/pretension", expected, format!("a strain of {:.4}", strain[i])));
         }
     }
     Ok(InitialStretch { stretch, height })
@@ -275,7 +276,7 @@ mod tests {
         case::shipped(&[&["/fabric/weft/count_per_inch=15", "/fabric/weft/modulus_gpa=60"], more].concat())
     }
 
-    fn solved(case: &Case, asked: [Option<f64>; 2]) -> Result<InitialStretch, ModelError> {
+    fn solved(case: &Case, asked: [Option<f64>; 2]) -> Result<InitialStretch, CaseError> {
         let mut pack = case.pack.clone();
         pack.pretension = Some(asked);
         stretch_of_pretension(&pack, &UnitCellParameters::new(&case.fabric))
@@ -327,9 +328,10 @@ mod tests {
             };
             assert!(with(0.0349).is_ok());
             let broken = with(0.0351);
-            assert!(matches!(broken, Err(ModelError::PretensionBreaks { yarn, .. }) if yarn == name), "{broken:?}");
+            let words = format!("the {name} below its failure strain");
+            assert!(broken.as_ref().is_err_and(|error| error.expected.contains(&words)), "{broken:?}");
             let beyond = with(0.6);
-            assert!(matches!(beyond, Err(ModelError::Pretension { yarn, .. }) if yarn == name), "{beyond:?}");
+            assert!(beyond.as_ref().is_err_and(|error| error.found.ends_with(name)), "{beyond:?}");
         }
     }
 }

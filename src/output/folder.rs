@@ -10,7 +10,7 @@ use tempfile::NamedTempFile;
 
 use super::csv;
 use super::report::figures;
-use crate::case::Case;
+use crate::case::{Case, CaseError};
 use crate::run::Run;
 
 pub(super) const CASE: &str = "case.json";
@@ -43,33 +43,8 @@ pub struct StagedFrames {
     pub(super) list: String,
 }
 
-/// Reason why results could not be written.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("error: {path}\n  expected: {expected}\n  found: {found}\n  help: {help}")]
-#[non_exhaustive]
-pub struct OutputError {
-    /// File or folder.
-    pub path: String,
-    /// Expectation.
-    pub expected: &'static str,
-    /// Words of the system.
-    pub found: String,
-    /// Advice.
-    pub help: &'static str,
-}
-
-impl OutputError {
-    pub(super) fn new(path: &Path, expected: &'static str, found: impl ToString) -> Self {
-        let help = "choose another folder with --out DIR";
-        Self { path: path.display().to_string(), expected, found: found.to_string(), help }
-    }
-
-    /// Error of a file of results that the disk refuses.
-    pub(crate) fn unwritten(path: &Path, error: &io::Error) -> Self {
-        let help = "make room there, then go on with --resume";
-        Self { help, ..Self::new(path, "a disk that takes the results", error) }
-    }
-}
+/// Advice on a folder that cannot take results.
+pub(super) const ANOTHER: &str = "choose another folder with --out DIR";
 
 /// A folder that exists and can be written.
 #[derive(Debug)]
@@ -92,7 +67,7 @@ impl Folder {
     ///
     /// # Errors
     /// When it is a file, cannot be made or written, another run has it, or when results would replace the case file itself.
-    pub fn prepare(path: &Path, case: &Case) -> Result<Self, OutputError> {
+    pub fn prepare(path: &Path, case: &Case) -> Result<Self, CaseError> {
         Self::prepare_for(path, &FILES, &[case.path.as_path()])
     }
 
@@ -100,18 +75,18 @@ impl Folder {
     ///
     /// # Errors
     /// As [`Folder::prepare`].
-    pub fn reopen(path: &Path) -> Result<Self, OutputError> {
+    pub fn reopen(path: &Path) -> Result<Self, CaseError> {
         let help = "wait for the end of a run that writes to it, or see to it that it can be written";
-        Self::prepare_for(path, &FILES, &[]).map_err(|error| OutputError { help, ..error })
+        Self::prepare_for(path, &FILES, &[]).map_err(|error| error.help(help))
     }
 
     /// Folder of these files, none of which may replace one of those that were read.
     ///
     /// # Errors
     /// As [`Folder::prepare`].
-    pub fn prepare_for(path: &Path, files: &[&str], read: &[&Path]) -> Result<Self, OutputError> {
+    pub fn prepare_for(path: &Path, files: &[&str], read: &[&Path]) -> Result<Self, CaseError> {
         if path.exists() && !path.is_dir() {
-            return Err(OutputError::new(path, "a folder for the results", "a file"));
+            return Err(CaseError::of_path(path, "a folder for the results", "a file", ANOTHER));
         }
         let missing = |folder: &&Path| *folder != Path::new("") && !folder.exists();
         let mut made: Vec<PathBuf> = path.ancestors().take_while(missing).map(Path::to_owned).collect();
@@ -127,18 +102,15 @@ impl Folder {
     }
 
     /// Makes the folder, tries and locks it.
-    fn take(&mut self, files: &[&str], read: &[&Path]) -> Result<(), OutputError> {
+    fn take(&mut self, files: &[&str], read: &[&Path]) -> Result<(), CaseError> {
         let path = self.path.as_path();
-        let unwritable = |error| OutputError::new(path, "a folder that can be written", error);
+        let unwritable = |error: io::Error| CaseError::of_path(path, "a folder that can be written", error, ANOTHER);
         fs::create_dir_all(path).and_then(|()| temporary(path)).map(drop).map_err(unwritable)?;
         self.keeps(files, read)?;
         let Some(held) = hold(path).map_err(unwritable)? else {
             let help = "wait for its end, or choose another folder with --out DIR";
-            let expected = "a folder that no other run writes to";
-            return Err(OutputError {
-                help,
-                ..OutputError::new(path, expected, "another run, which is still going on")
-            });
+            let (expected, found) = ("a folder that no other run writes to", "another run, which is still going on");
+            return Err(CaseError::of_path(path, expected, found, help));
         };
         self.held = Some(held);
         // A run that was killed had no time to do that.
@@ -146,17 +118,17 @@ impl Folder {
     }
 
     /// Refuses to write over what was read.
-    fn keeps(&self, files: &[&str], read: &[&Path]) -> Result<(), OutputError> {
+    fn keeps(&self, files: &[&str], read: &[&Path]) -> Result<(), CaseError> {
         // A built-in case has no file.
         let read: Vec<PathBuf> = read.iter().filter_map(|path| path.canonicalize().ok()).collect();
         for name in files {
             let path = self.path.join(name);
             if path.is_dir() {
-                return Err(OutputError::new(&path, "a file or nothing", "a folder"));
+                return Err(CaseError::of_path(&path, "a file or nothing", "a folder", ANOTHER));
             }
             if path.canonicalize().is_ok_and(|path| read.contains(&path)) {
                 let (expected, found) = ("a folder where no result replaces a file that was read", "which was read");
-                return Err(OutputError::new(&self.path, expected, format!("{name}, {found}")));
+                return Err(CaseError::of_path(&self.path, expected, format!("{name}, {found}"), ANOTHER));
             }
         }
         Ok(())
@@ -168,13 +140,13 @@ impl Folder {
     }
 
     /// Whether the folder is still the one that was prepared.
-    pub(super) fn check_identity(&self) -> Result<(), OutputError> {
+    pub(super) fn check_identity(&self) -> Result<(), CaseError> {
         if self.held.as_ref().is_none_or(|held| is_at(held, &self.path.join(LOCK))) {
             return Ok(());
         }
         let found = if self.path.exists() { "another one of this name" } else { "none: it was removed meanwhile" };
         let help = "run it again, and leave its folder until it has ended";
-        Err(OutputError { help, ..OutputError::new(&self.path, "the folder that the run began with", found) })
+        Err(CaseError::of_path(&self.path, "the folder that the run began with", found, help))
     }
 
     /// Removes the lock file while it is locked, so that no other run's is removed.
@@ -203,7 +175,7 @@ impl Folder {
         summary: &Value,
         report: Option<String>,
         frames: &StagedFrames,
-    ) -> Result<Vec<&'static str>, OutputError> {
+    ) -> Result<Vec<&'static str>, CaseError> {
         let mut texts = vec![
             (CASE, pretty(&case.as_run)),
             ("history.csv", csv::history(&run.history)),
@@ -256,26 +228,23 @@ impl Folder {
     ///
     /// # Errors
     /// When the disk refuses.
-    pub fn forget(&self) -> Result<(), OutputError> {
+    pub fn forget(&self) -> Result<(), CaseError> {
         let [checkpoint, spool] = [CHECKPOINT, SPOOL].map(|name| self.path.join(name));
         let frames = if spool.is_dir() { fs::remove_dir_all(&spool) } else { Ok(()) };
         let removed = remove(&checkpoint).and(frames);
-        removed.map_err(|error| OutputError::new(&checkpoint, "a file that can be removed", error))
+        removed.map_err(|error| CaseError::of_path(&checkpoint, "a file that can be removed", error, ANOTHER))
     }
 
     /// Writes files, all complete before the first gets its name; `stale` ones of an earlier time go before that.
     ///
     /// # Errors
     /// When the disk refuses.
-    pub fn put<'a>(&self, files: &[(&'a str, impl AsRef<[u8]>)], stale: &[&str]) -> Result<Vec<&'a str>, OutputError> {
+    pub fn put<'a>(&self, files: &[(&'a str, impl AsRef<[u8]>)], stale: &[&str]) -> Result<Vec<&'a str>, CaseError> {
         self.place(self.complete(files)?, stale)
     }
 
     /// Complete files under temporary names.
-    fn complete<'a, T: AsRef<[u8]>>(
-        &self,
-        files: &[(&'a str, T)],
-    ) -> Result<Vec<(&'a str, NamedTempFile)>, OutputError> {
+    fn complete<'a, T: AsRef<[u8]>>(&self, files: &[(&'a str, T)]) -> Result<Vec<(&'a str, NamedTempFile)>, CaseError> {
         self.check_identity()?;
         let stage = |(name, content): &(&'a str, T)| {
             let staged = complete(&self.path, |file| file.write_all(content.as_ref()));
@@ -285,7 +254,7 @@ impl Folder {
     }
 
     /// Gives files their names, after `stale` ones of an earlier time are gone.
-    fn place<'a>(&self, files: Vec<(&'a str, NamedTempFile)>, stale: &[&str]) -> Result<Vec<&'a str>, OutputError> {
+    fn place<'a>(&self, files: Vec<(&'a str, NamedTempFile)>, stale: &[&str]) -> Result<Vec<&'a str>, CaseError> {
         for name in stale {
             remove(&self.path.join(name)).map_err(|error| self.refused(name, &error))?;
         }
@@ -298,8 +267,8 @@ impl Folder {
         Ok(names)
     }
 
-    fn refused(&self, name: &str, error: &io::Error) -> OutputError {
-        OutputError::new(&self.path.join(name), "a disk that takes the results", error)
+    fn refused(&self, name: &str, error: &io::Error) -> CaseError {
+        CaseError::of_path(&self.path.join(name), "a disk that takes the results", error, ANOTHER)
     }
 
     /// Flushes the renames.

@@ -14,10 +14,10 @@ use flate2::{Compression, write::ZlibEncoder};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use rayon::prelude::*;
 
-use super::folder::{FRAMES, Folder, OutputError, PVD, SPOOL, StagedFrames, write_whole};
+use super::folder::{ANOTHER, FRAMES, Folder, PVD, SPOOL, StagedFrames, write_whole};
 use super::number::us;
 use super::report::surface::SurfaceMesh;
-use crate::case::Case;
+use crate::case::{Case, CaseError};
 use crate::physics::projectile_body::Body;
 use crate::physics::rigid_body::RigidBody;
 use crate::run::checkpoint::Header;
@@ -34,7 +34,7 @@ pub struct Recorder<'a> {
     /// The folder of waiting files is this run's.
     begun: bool,
     /// Reason why frames are lost.
-    error: Option<OutputError>,
+    error: Option<CaseError>,
 }
 
 impl<'a> Recorder<'a> {
@@ -65,7 +65,8 @@ impl<'a> Recorder<'a> {
     /// Moves the frames in memory to the disk, where a run that goes on finds them. What is refused ends the recording.
     pub fn settle(&mut self) {
         if let Err(error) = self.put() {
-            self.error = Some(OutputError::new(&self.folder.path().join(PVD), "a disk that takes the frames", error));
+            let path = self.folder.path().join(PVD);
+            self.error = Some(CaseError::of_path(&path, "a disk that takes the frames", error, ANOTHER));
             // Memory would not hold them, and the disk has more to take.
             self.frames.taken.clear();
             fs::remove_dir_all(self.folder.path().join(SPOOL)).ok();
@@ -113,7 +114,7 @@ impl<'a> Recorder<'a> {
     ///
     /// # Errors
     /// When the disk refuses.
-    pub fn finish(mut self) -> Result<StagedFrames, OutputError> {
+    pub fn finish(mut self) -> Result<StagedFrames, CaseError> {
         let chosen = self.frames.chosen();
         self.frames.taken.retain(|step, _| chosen.binary_search(step).is_ok());
         self.settle();

@@ -21,7 +21,7 @@ pub mod warnings;
 pub use breakage::Breakage;
 pub use checkpoint::CheckpointWriter;
 pub use expect::check;
-pub use folder::{CHECKPOINT, Folder, OutputError, StagedFrames, write_whole};
+pub use folder::{CHECKPOINT, Folder, StagedFrames, write_whole};
 pub use report::animation::{AnimatedPly, Animation, Keyframe};
 pub use summary::{Energies, Verdict, absorbed_energy, costs, residual_velocity, summary, verdict};
 #[doc(hidden)]

@@ -8,14 +8,14 @@ use std::time::Instant;
 use super::device::DeviceSimulation;
 use super::record::RunRecord;
 use super::{Observer, Run, Skips};
-use crate::case::Case;
+use crate::case::{Case, CaseError};
 use crate::gpu::buffers::Sizes;
 use crate::gpu::layout::{self, BODY_WORDS, BodyRecord, STATUS_WORDS, StepInfo, WorkgroupSums, status, sum};
 use crate::gpu::shader::Kernel;
 use crate::gpu::stepper::DeviceStepper;
 use crate::gpu::submission::BatchResult;
 use crate::gpu::{Device, DeviceError};
-use crate::model::{Features, Model, ModelError};
+use crate::model::{Features, Model};
 use crate::physics::rigid_body::RigidBody;
 use crate::solver;
 use crate::solver::energy_balance::PlyMoment;
@@ -37,7 +37,7 @@ impl PreparedShot {
     ///
     /// # Errors
     /// When it cannot become a model.
-    pub fn new(case: Case) -> Result<Self, ModelError> {
+    pub fn new(case: Case) -> Result<Self, CaseError> {
         let (model, _) = solver::state::set_up::<f32>(&case, Skips::default().symmetry)?;
         let sizes = Sizes::new(&model);
         let features: Vec<Features> = model.ply_types.chunks(1).map(|own| Features::new(&model, own)).collect();

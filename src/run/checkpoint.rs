@@ -16,8 +16,8 @@ use lz4_flex::frame::{BlockMode, BlockSize, FrameDecoder, FrameEncoder, FrameInf
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use twox_hash::XxHash3_64;
 
-use crate::case::{Case, case_hash};
-use crate::run::{Options, Precision, Skips};
+use crate::case::{Case, CaseError, case_hash};
+use crate::run::{Options, Precision, RunError, Skips};
 
 /// First bytes of the file.
 const MAGIC: [u8; 8] = *b"ripstop\x1a";
@@ -107,28 +107,6 @@ impl Header {
     }
 }
 
-/// Refusal of a file, from which no run goes on.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("error: {path}\n  expected: {expected}\n  found: {found}\n  help: {help}")]
-#[non_exhaustive]
-pub struct CheckpointError {
-    /// The file.
-    pub path: String,
-    /// Expectation.
-    pub expected: String,
-    /// Finding.
-    pub found: String,
-    /// Advice.
-    pub help: String,
-}
-
-impl CheckpointError {
-    fn new(path: &Path, expected: impl Into<String>, found: impl Into<String>, help: impl Into<String>) -> Self {
-        let path = path.display().to_string();
-        Self { path, expected: expected.into(), found: found.into(), help: help.into() }
-    }
-}
-
 /// Writes a checkpoint.
 ///
 /// # Errors
@@ -160,8 +138,8 @@ impl Checkpoint {
     ///
     /// # Errors
     /// When it cannot be read, is something else, is damaged, or of another version.
-    pub fn open(path: &Path) -> Result<Self, CheckpointError> {
-        let refused = |expected: &str, found: &str, help: &str| Err(CheckpointError::new(path, expected, found, help));
+    pub fn open(path: &Path) -> Result<Self, CaseError> {
+        let refused = |expected: &str, found: &str, help: &str| Err(CaseError::of_path(path, expected, found, help));
         let bytes = match fs::read(path) {
             Ok(bytes) => bytes,
             Err(error) => {
@@ -198,32 +176,33 @@ impl Checkpoint {
     ///
     /// # Errors
     /// When the checkpoint is one of another run.
-    pub(super) fn state<T: DeserializeOwned>(&self, case: &Case, backend: &BackendId) -> Result<T, CheckpointError> {
-        self.check_case(case)?;
+    pub(super) fn state<T: DeserializeOwned>(&self, case: &Case, backend: &BackendId) -> Result<T, RunError> {
+        self.check_case(case).map_err(RunError::Checkpoint)?;
         if self.header.backend != *backend {
             let found = match backend {
                 BackendId::Cpu(precision) => format!("cpu, {}", precision.name()),
                 BackendId::Gpu(adapter) => format!("gpu, {adapter}"),
             };
             let expected = "the backend and precision that the run began with";
-            return Err(CheckpointError::new(&self.path, expected, found, "let `ripstop resume` choose it"));
+            let refused = CaseError::of_path(&self.path, expected, found, "let `ripstop resume` choose it");
+            return Err(RunError::Checkpoint(refused));
         }
         let contents = unpacked(&self.packed).unwrap_or_default();
         let read = postcard::from_bytes::<(Header, Vec<u8>, T)>(&contents);
-        read.map(|(_, _, state)| state).map_err(|_| unfit(&self.path))
+        read.map(|(_, _, state)| state).map_err(|_| RunError::Checkpoint(unfit(&self.path)))
     }
 
     /// Checks that a run of this case can go on from here.
     ///
     /// # Errors
     /// When the case computes something else.
-    pub fn check_case(&self, case: &Case) -> Result<(), CheckpointError> {
+    pub fn check_case(&self, case: &Case) -> Result<(), CaseError> {
         let (checkpoint, case) = (&self.header.case_hash, case_hash(&case.as_run));
         if *checkpoint != case {
             let expected = format!("the case that the run began with (case_hash {checkpoint})");
             let found = format!("one that computes something else (case_hash {case})");
             let help = "undo the change of the case, or run it anew with `ripstop run`";
-            return Err(CheckpointError::new(&self.path, expected, found, help));
+            return Err(CaseError::of_path(&self.path, expected, found, help));
         }
         Ok(())
     }
@@ -237,6 +216,6 @@ fn unpacked(packed: &[u8]) -> io::Result<Vec<u8>> {
 }
 
 /// Refusal of contents that are none.
-fn unfit(path: &Path) -> CheckpointError {
-    CheckpointError::new(path, "contents of a run", "others", AGAIN)
+fn unfit(path: &Path) -> CaseError {
+    CaseError::of_path(path, "contents of a run", "others", AGAIN)
 }

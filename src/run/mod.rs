@@ -29,10 +29,9 @@ use std::time::Instant;
 
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
-use crate::case::Case;
+use crate::case::{Case, CaseError};
 use crate::gpu::{Device, DeviceError};
 use crate::model::Model;
-pub use crate::model::ModelError;
 use crate::num::scalar::Scalar;
 pub use crate::physics::rigid_body::MirrorPlanes;
 pub use crate::solver::energy_balance::{Balance, PlyMoment};
@@ -40,7 +39,7 @@ use crate::solver::row_kernels::KernelScalar;
 use crate::solver::state::State;
 pub use crate::solver::{Divergence, FailureEvent};
 pub(crate) use attachment::attached;
-use checkpoint::{Checkpoint, CheckpointError, Checkpointable};
+use checkpoint::{Checkpoint, Checkpointable};
 pub use outcome::Outcome;
 #[doc(hidden)]
 pub use processor::Simulation;
@@ -182,7 +181,7 @@ impl Case {
 pub enum RunError {
     /// The case cannot become a model.
     #[error(transparent)]
-    Model(#[from] ModelError),
+    Model(#[from] CaseError),
     /// The thread pool could not be made.
     #[error("cannot start {threads} worker threads: {reason}")]
     Threads {
@@ -196,7 +195,7 @@ pub enum RunError {
     Device(#[from] DeviceError),
     /// The checkpoint is of another run.
     #[error(transparent)]
-    Checkpoint(#[from] CheckpointError),
+    Checkpoint(CaseError),
 }
 
 /// Progress of a run.

@@ -10,8 +10,8 @@ use serde::{Deserialize, Serialize};
 use super::checkpoint::{self, BackendId, Checkpoint, Checkpointable, Header};
 use super::record::RunRecord;
 use super::{Backend, Observer, Options, Run, RunError, RunScalar, Skips, outcome};
-use crate::case::Case;
-use crate::model::{Model, ModelError};
+use crate::case::{Case, CaseError};
+use crate::model::Model;
 use crate::physics::rigid_body::RigidBody;
 use crate::solver::state::{ActiveRegion, State};
 use crate::solver::{self, Phase, Stepper, StepperState, Stopwatch};
@@ -33,7 +33,7 @@ impl<S: RunScalar> Simulation<S> {
     ///
     /// # Errors
     /// When the case cannot become a model, or the projectile starts inside the fabric.
-    pub fn new(case: &Case) -> Result<Self, ModelError> {
+    pub fn new(case: &Case) -> Result<Self, CaseError> {
         Self::with_skips(case, Skips::WHOLE)
     }
 
@@ -41,7 +41,7 @@ impl<S: RunScalar> Simulation<S> {
     ///
     /// # Errors
     /// As [`Simulation::new`].
-    pub fn with_skips(case: &Case, skips: Skips) -> Result<Self, ModelError> {
+    pub fn with_skips(case: &Case, skips: Skips) -> Result<Self, CaseError> {
         let (model, mut state) = solver::state::set_up::<S>(case, skips.symmetry)?;
         if !skips.wavefront {
             state.reach_everything(&model);

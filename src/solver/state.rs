@@ -5,10 +5,10 @@ use std::ops::Range;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use crate::case::Case;
+use crate::case::{Case, CaseError};
 use crate::model::mesh::Mesh;
 use crate::model::ply_type::PlyType;
-use crate::model::{Model, ModelError, layup};
+use crate::model::{Model, layup};
 use crate::num::aligned::Aligned;
 use crate::num::scalar::Scalar;
 use crate::physics::rigid_body::RigidBody;
@@ -274,7 +274,7 @@ fn initial_deflection(case: &Case, mesh: &Mesh, x: [f64; 2]) -> f64 {
 ///
 /// # Errors
 /// When the case cannot become a model, or the projectile starts inside the fabric.
-pub(crate) fn set_up<S: Scalar>(case: &Case, symmetry: bool) -> Result<(Model<S>, State<S>), ModelError> {
+pub(crate) fn set_up<S: Scalar>(case: &Case, symmetry: bool) -> Result<(Model<S>, State<S>), CaseError> {
     let model = if symmetry { Model::<S>::part(case)? } else { Model::<S>::new(case)? };
     let state = State::new(case, &model);
     check_start(&model, &state)?;
@@ -333,7 +333,7 @@ fn rounding<S: Scalar>(model: &Model<S>, body: Option<&RigidBody>) -> f64 {
 }
 
 /// Initial penetration is an input error, not something contact may repair.
-fn check_start<S: Scalar>(model: &Model<S>, state: &State<S>) -> Result<(), ModelError> {
+fn check_start<S: Scalar>(model: &Model<S>, state: &State<S>) -> Result<(), CaseError> {
     let Some(body) = &state.body else { return Ok(()) };
     let mut deepest: f64 = 0.0;
     for place in model.node_places() {
@@ -342,7 +342,9 @@ fn check_start<S: Scalar>(model: &Model<S>, state: &State<S>) -> Result<(), Mode
     // Room for rounding of a touching start in the state's precision.
     let rounding = 16.0 * S::EPSILON * (body.body.bounding_radius + body.position.norm());
     if deepest > rounding {
-        return Err(ModelError::InitialPenetration { depth_mm: deepest * 1e3 });
+        let found = format!("a start {:.6} mm inside it", deepest * 1e3);
+        return Err(CaseError::at("/projectile", "a start outside the fabric", found)
+            .help("raise /projectile/standoff_mm or lower /pack/initial_deflection"));
     }
     Ok(())
 }

@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 use super::shots::{ShotRow, ShotTable};
 use crate::case::{self, Case, CaseError, case_hash};
 use crate::gpu::{Device, DeviceError};
-use crate::output::{Folder, OutputError};
+use crate::output::Folder;
 use crate::run::batch::{DeviceBatch, PreparedShot};
 use crate::run::{self, Options, Precision, Run};
 
@@ -70,12 +70,9 @@ impl BatchOptions<'_> {
 /// Reason why a batch did not end.
 #[derive(Clone, Debug, thiserror::Error)]
 pub enum BatchError {
-    /// Results that cannot be written.
+    /// Results that cannot be written, or the folder of another batch.
     #[error(transparent)]
-    Output(#[from] OutputError),
-    /// Folder of another batch.
-    #[error(transparent)]
-    Plan(#[from] CaseError),
+    Refused(#[from] CaseError),
     /// Device that was lost; rows so far are written.
     #[error(transparent)]
     Device(DeviceError),

@@ -109,17 +109,6 @@ fn row(name: &str, sets: &[String], case: &Case, run: &Run) -> Value {
     })
 }
 
-/// Reason why nothing was measured.
-#[derive(Clone, Debug, thiserror::Error)]
-pub enum BenchError {
-    /// The case, or the reference made of it, is refused.
-    #[error(transparent)]
-    Case(#[from] CaseError),
-    /// The reference did not start.
-    #[error(transparent)]
-    Run(#[from] RunError),
-}
-
 /// Runs the reference and every configuration: what `bench.json` has of a case.
 ///
 /// # Errors
@@ -129,7 +118,7 @@ pub fn measure(
     plan: BenchPlan<'_>,
     interrupt: &AtomicBool,
     progressed: Progressed<'_>,
-) -> Result<Value, BenchError> {
+) -> Result<Value, RunError> {
     let base = read(&[])?;
     let options = Options::default().threads(plan.threads);
     let mut shoot = |name: &str, case: &Case, options: Options<'_>| {

@@ -13,11 +13,11 @@ use serde_json::json;
 use super::batch::{self, Batch, BatchError, BatchOptions, ShotOrder, notes};
 use super::fit::{Fit, FitRequest, FitRow, fit};
 use super::report::Report;
-use crate::case::{Case, Drawn, RANGE_STREAM};
+use crate::case::{Case, CaseError, Drawn, RANGE_STREAM};
 use crate::num::random::DrawKey;
 use crate::output::checks::{Level, advice, checks};
 use crate::output::csv::{number, quoted};
-use crate::output::{Breakage, Folder, OutputError, absorbed_energy, residual_velocity};
+use crate::output::{Breakage, Folder, absorbed_energy, residual_velocity};
 use crate::run::Run;
 use crate::run::outcome::Outcome;
 
@@ -336,7 +336,7 @@ impl ShotTable {
         // Replaced as a whole: a kill here loses no row.
         folder.put(&[(&*partial, text(&drawn, rows.values()))], &[])?;
         let file = File::options().append(true).open(&path);
-        let file = file.map_err(|error| OutputError::unwritten(&path, &error))?;
+        let file = file.map_err(|error| CaseError::unwritten(&path, &error))?;
         Ok(Self { drawn, file, rows, path })
     }
 
@@ -347,7 +347,7 @@ impl ShotTable {
     pub(super) fn add(&mut self, row: ShotRow) -> Result<(), BatchError> {
         let line = row.line(&self.drawn);
         let written = self.file.write_all(line.as_bytes()).and_then(|()| self.file.sync_data());
-        written.map_err(|error| OutputError::unwritten(&self.path, &error))?;
+        written.map_err(|error| CaseError::unwritten(&self.path, &error))?;
         self.rows.insert(key(row.order), row);
         Ok(())
     }
@@ -369,7 +369,7 @@ impl ShotTable {
 
     /// Removes the appended table.
     pub(super) fn close(self) -> Result<(), BatchError> {
-        Ok(fs::remove_file(&self.path).map_err(|error| OutputError::unwritten(&self.path, &error))?)
+        Ok(fs::remove_file(&self.path).map_err(|error| CaseError::unwritten(&self.path, &error))?)
     }
 }
 

@@ -15,10 +15,10 @@ use super::shots::{self, ShotRow, ShotsRequest};
 use super::v50::{self, V50Request};
 use super::v50_result::V50Result;
 use crate::case::{Case, CaseError};
+use crate::output::Folder;
 use crate::output::csv::{self, number};
 use crate::output::number::short;
 use crate::output::report::plot::{Figure, Plot};
-use crate::output::{Folder, OutputError};
 
 /// Every file that is written; batches lie in `points`.
 pub const FILES: &[&str] = &["plan.json", "sweep.csv", "sweep.html", "sweep.json"];
@@ -159,7 +159,7 @@ pub fn run(
     let parts = json!({ "over": factors, "points": values, "of": format!("{:?}", request.of) });
     let points = folder.path().join("points");
     if !options.resume && points.exists() {
-        fs::remove_dir_all(&points).map_err(|error| OutputError::unwritten(&points, &error))?;
+        fs::remove_dir_all(&points).map_err(|error| CaseError::unwritten(&points, &error))?;
     }
     batch::begin("sweep", first, options, parts, (folder, FILES))?;
     let result = Sweep { request, options, folder: &points }.run()?;
