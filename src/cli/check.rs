@@ -11,7 +11,7 @@ use ripstop::model::unit_cell_curve::{self, CurveLaw, CurvePoint};
 use ripstop::num::simd::Vectors;
 use ripstop::output::checks::case_warnings;
 use ripstop::output::number::{bytes, grouped, short, us};
-use ripstop::output::{symmetry, warnings};
+use ripstop::output::symmetry;
 use ripstop::run::{Sample, Simulation, Skips};
 use serde_json::{Map, Value, json};
 use sysinfo::{CpuRefreshKind, MemoryRefreshKind, RefreshKind, System};
@@ -149,65 +149,32 @@ pub(crate) fn completions(shell: Shell) -> Result<(), CommandFailure> {
     terminal::print(&String::from_utf8_lossy(&script))
 }
 
-/// Every exit code: number, name in a few words, meaning, advice.
-const EXITS: [[&str; 4]; 5] = [
-    [
-        "0",
-        "done",
-        "Every expectation of the case holds. Warnings do not change the code.",
-        "Nothing. `summary.json` lists the warnings.",
-    ],
-    [
-        "1",
-        "an expectation failed or the run became unstable",
-        "An `expect` of the case does not hold, a row of `verify` fails, or a run made numbers that cannot be. Results up to there are written.",
-        "Compare what was expected with what was got. Unstable: lower /solver/courant, and look at the place in the message.",
-    ],
-    [
-        "2",
-        "bad input or usage",
-        "The command line, the case or one of its files cannot be used, or results cannot be written.",
-        "Do what the `help:` line of the message says. `ripstop check CASE` shows every field, `ripstop schema` every key.",
-    ],
-    [
-        "3",
-        "no device for what was asked, or one that failed",
-        "No graphics adapter suits, the case does not fit its memory, or the device was lost; then results up to there are written.",
-        "Take --backend cpu. `ripstop info CASE` lists adapters and what the case needs.",
-    ],
-    [
-        "130",
-        "interrupted",
-        "Ctrl-C, or a request to terminate, ended the command. After the first one results up to there are written.",
-        "Run it again; an interrupted result is marked `interrupted` in `summary.json`.",
-    ],
-];
+/// Page with a section for every code: `### code name`, then a list of what there is to say.
+const CODES: &str = include_str!("../../docs/src/commands.md");
 
 /// Explains one code, or lists all.
 pub(crate) fn explain(code: Option<&str>) -> Result<(), CommandFailure> {
+    let sections = CODES.split("\n## ").flat_map(|part| part.split("\n### ").skip(1));
+    let sections: Vec<(&str, &str, &str)> = sections
+        .filter_map(|section| {
+            let (heading, list) = section.split_once("\n\n- ")?;
+            heading.split_once(' ').map(|(code, name)| (code, name, list))
+        })
+        .collect();
     let Some(code) = code else {
-        let exits = TextTable::pairs(EXITS.map(|[code, name, ..]| (code, name.to_owned())));
-        let kinds = warnings::KINDS
-            .each_ref()
-            .map(|kind| (format!("{} {}", terminal::caution(kind.code), kind.name), kind.measured.to_owned()));
-        let [exits, kinds] = [exits, TextTable::pairs(kinds)].map(|table| table.to_string());
+        let table = TextTable::pairs(sections.iter().map(|section| (section.0, section.1.to_owned())));
         let help = "\n`ripstop explain CODE` says what one means and what to do.\n";
-        let text = part("exit codes", &exits) + &part("warnings", &kinds) + help;
-        return terminal::print(text.trim_start());
+        return terminal::print((part("codes", &table.to_string()) + help).trim_start());
     };
     let is_it = |word: &str| word.eq_ignore_ascii_case(code);
-    let (title, parts) = if let Some([_, name, means, help]) = EXITS.iter().find(|exit| is_it(exit[0])) {
-        (format!("exit code {code}: {name}"), vec![("means", *means), ("to do", *help)])
-    } else if let Some(kind) = warnings::KINDS.iter().find(|kind| is_it(kind.code) || is_it(kind.name)) {
-        let parts = [("measured", kind.measured), ("given", kind.given), ("means", kind.means), ("to do", kind.help)];
-        (format!("{} {}", kind.code, kind.name), parts.to_vec())
-    } else {
-        let codes = EXITS.iter().map(|exit| exit[0]).chain(warnings::KINDS.iter().map(|kind| kind.code));
-        let failure = CommandFailure::expected("no such code", codes.collect::<Vec<_>>().join(", "), code);
+    let Some((code, name, list)) = sections.iter().find(|section| is_it(section.0) || is_it(section.1)) else {
+        let codes: Vec<&str> = sections.iter().map(|section| section.0).collect();
+        let failure = CommandFailure::expected("no such code", codes.join(", "), code);
         return Err(failure.help("`ripstop explain` lists what they mean"));
     };
-    let parts = parts.into_iter().map(|(name, text)| (name, text.to_owned()));
-    terminal::print(part(&title, &TextTable::pairs(parts).to_string()).trim_start())
+    let parts = list.trim_end().split("\n- ").filter_map(|item| item.split_once(": "));
+    let parts = parts.map(|(what, text)| (what, text.split_whitespace().collect::<Vec<_>>().join(" ")));
+    terminal::print(part(&format!("{code} {name}"), &TextTable::pairs(parts).to_string()).trim_start())
 }
 
 /// Solves and prints the grid.

@@ -72,7 +72,7 @@ pub(super) fn areal_density(case: &Case) -> Option<Warning> {
     Some(warning(7, given, yarns, words))
 }
 
-/// Kind of warning, with its words.
+/// Kind of warning; `ripstop explain` says more.
 #[derive(Debug, PartialEq, Eq, Serialize)]
 #[non_exhaustive]
 pub struct WarningKind {
@@ -80,84 +80,16 @@ pub struct WarningKind {
     pub code: &'static str,
     /// Name of a word or two, for scripts and people.
     pub name: &'static str,
-    /// Quantity measured.
-    #[serde(skip)]
-    pub measured: &'static str,
-    /// Threshold.
-    #[serde(skip)]
-    pub given: &'static str,
-    /// Consequence for the result.
-    #[serde(skip)]
-    pub means: &'static str,
-    /// Advice.
-    #[serde(skip)]
-    pub help: &'static str,
 }
 
 /// All kinds of warnings, in order of their codes.
 pub static KINDS: [WarningKind; 8] = [
-    WarningKind {
-        code: "W1",
-        name: "assumed-parameters",
-        measured: "Fields without a published value: `sources`, or the default's own source, begins with `assumed`.",
-        given: "for one or more",
-        means: "The result rests on guesses; near the ballistic limit any may decide between stop and perforation.",
-        help: "`ripstop check CASE` marks them with `*`. Measure what matters; vary the rest with --set.",
-    },
-    WarningKind {
-        code: "W2",
-        name: "energy",
-        measured: "Energy that nothing accounts for, over the energy exchanged (`energy_gained`), and `energy_error`.",
-        given: "above 1 % gained or lost, or a ledger error above 2 %, which is what practitioners accept",
-        means: "Energy was made or lost by the arithmetic. Verdict and velocity are not to be trusted.",
-        help: "Lower /solver/courant; on the GPU or in f32, run again with --backend cpu --precision f64.",
-    },
-    WarningKind {
-        code: "W3",
-        name: "hourglass",
-        measured: "Largest hourglass energy over the largest internal energy of the fabric (`hourglass_fraction`).",
-        given: "above 5 %, which is what practitioners accept",
-        means: "Artificial stiffness of the elements has carried load: the fabric was stiffer than asked for.",
-        help: "Refine the mesh (/pack/crossovers_per_element = 1), or round a sharp rim (/projectile/edge_radius_mm).",
-    },
-    WarningKind {
-        code: "W4",
-        name: "penetration",
-        measured: "Deepest node in the projectile (`max_penetration_mm`) or in a ply (`max_ply_penetration_mm`).",
-        given: "above half the diagonal of an element in the projectile; above the thinnest fabric's thickness between plies",
-        means: "Fabric was where it cannot be. A few nodes behind torn yarns change little; whole fabric slipped through.",
-        help: "Refine the mesh, or round the projectile's rim (/projectile/edge_radius_mm). Compare with a slower shot.",
-    },
-    WarningKind {
-        code: "W5",
-        name: "coarse-mesh",
-        measured: "Crossovers along each side of an element (/pack/crossovers_per_element).",
-        given: "above 1",
-        means: "Yarns fail in bundles, which delays failure: near the limit a perforation may turn into a stop.",
-        help: "Set /pack/crossovers_per_element to 1 for a verdict. `ripstop bench CASE` says what it costs.",
-    },
-    WarningKind {
-        code: "W6",
-        name: "small-projectile",
-        measured: "Diameter of the projectile over the longest element side.",
-        given: "below 3; a bar, which meets whole rows of nodes, is never too small",
-        means: "Contact is sampled at nodes: the projectile may slip between them.",
-        help: "Refine the mesh; or move the impact by parts of a cell (/projectile/offset_mm), the scatter is the error.",
-    },
-    WarningKind {
-        code: "W7",
-        name: "mass",
-        measured: "Mass of the projectile over its volume, edges sharp, but for a bar; of a ply over that of its yarns.",
-        given: "above 22 600, below 900 kg/m³; 5 % from /projectile/density_kg_m3, where given too; three times, a third of the yarns",
-        means: "No solid of this size and material, no fabric of these yarns has this mass: a unit or a size may be wrong.",
-        help: "Look at /projectile: lengths in mm, mass in g; at /fabric: g/m². Of a hollow body give mass_g alone.",
-    },
-    WarningKind {
-        code: "W8",
-        name: "torn-off",
-        measured: "Yarns that broke first at held sides of a ply, at any time before the projectile was through.",
-        given: "for more than had broken at the hit by then",
-        means: "The fabric tore off its frame before it broke at the hit: a fast shot may be stopped where a slower one passes.",
-        help: "Take a larger pack (/pack/width_mm, /pack/height_mm) or free edges, and compare.",
-    },
+    WarningKind { code: "W1", name: "assumed-parameters" },
+    WarningKind { code: "W2", name: "energy" },
+    WarningKind { code: "W3", name: "hourglass" },
+    WarningKind { code: "W4", name: "penetration" },
+    WarningKind { code: "W5", name: "coarse-mesh" },
+    WarningKind { code: "W6", name: "small-projectile" },
+    WarningKind { code: "W7", name: "mass" },
+    WarningKind { code: "W8", name: "torn-off" },
 ];
