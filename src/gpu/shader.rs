@@ -1,8 +1,8 @@
 //! Kernels: WGSL sources, bindings, and the constants that compile out what a scene lacks.
 
 use super::buffers::BufferId;
+use crate::case::Law;
 use crate::model::Features;
-use crate::physics::yarn_law::SineLaw;
 
 /// Use of a buffer by a kernel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -152,7 +152,7 @@ pub fn constants(features: &Features, sampled: bool) -> [(&'static str, f64); 20
         ("ROUNDOFF_TOLERANCE", NOISE),
         ("WITHIN", WITHIN),
         ("SHARE_UNIT", f64::from(SHARE_UNIT)),
-        ("VARIATIONAL", flag(features.law == SineLaw::Variational)),
+        ("VARIATIONAL", flag(features.law == Law::Variational)),
         ("PIVOT", features.pivot as f64),
         ("TERMS", features.series as f64),
         ("COMPRESSION", flag(features.compression)),

@@ -10,10 +10,11 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use rayon::prelude::*;
 
+use crate::case::Law;
 use crate::num::scalar::{Real, Scalar};
 use crate::physics::crossover::{cell_energy, solve};
 use crate::physics::unit_cell_parameters::UnitCellParameters;
-use crate::physics::yarn_law::{SineLaw, Sinusoidal};
+use crate::physics::yarn_law::Sinusoidal;
 
 /// Places along each axis of the table.
 pub const COUNT: usize = 40;
@@ -117,7 +118,7 @@ static LAST: Mutex<VecDeque<(UnitCellParameters<f64>, Arc<LawEnergy>)>> = Mutex:
 
 /// Table of a cell; `None` where the law is the slope of an energy, or a yarn is absent.
 pub(super) fn table_of(cell: &UnitCellParameters<f64>) -> Option<Arc<LawEnergy>> {
-    if cell.yarn[0].law != SineLaw::Published {
+    if cell.yarn[0].law != Law::Published {
         return None;
     }
     let entries = || LAST.lock().unwrap_or_else(PoisonError::into_inner);

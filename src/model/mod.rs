@@ -11,12 +11,11 @@ pub mod ply_type;
 pub mod time_step;
 pub mod unit_cell_curve;
 
-use crate::case::{Case, CaseError, ContactSampling, Symmetry};
+use crate::case::{Case, CaseError, ContactSampling, Law, Symmetry};
 use crate::num::scalar::Scalar;
 use crate::physics::arc_length::MAX_TERMS;
 use crate::physics::projectile_body::Body;
 use crate::physics::rigid_body::{MirrorPlanes, RigidBody};
-use crate::physics::yarn_law::SineLaw;
 use failure_criterion::Strength;
 use mesh::Grid;
 use ply_type::PlyType;
@@ -199,7 +198,7 @@ impl<S: Scalar> Model<S> {
 #[non_exhaustive]
 pub struct Features {
     /// Forces of the yarns.
-    pub law: SineLaw,
+    pub law: Law,
     /// The yarn whose height is the unknown of the unit cell: 0 warp, 1 weft.
     pub pivot: usize,
     /// Terms of the arc length series.

@@ -1,12 +1,10 @@
-//! The unit cell alone over a grid of stretches: the curves of the paper's Figure 4, with laws that no run uses beside the two that one may.
+//! The unit cell alone over a grid of stretches: the curves of the paper's Figure 4, with a law that no run uses beside the two that one may.
 
 use crate::case::{Fabric, Law};
 use crate::num::scalar::Real;
 use crate::physics::crossover::{self, Equilibrium};
 use crate::physics::unit_cell_parameters::UnitCellParameters;
-use crate::physics::yarn_law::{
-    LawKernel, SHORTEST, SineLaw, Sinusoidal, StretchResponse, YarnConstants, YarnResponse,
-};
+use crate::physics::yarn_law::{LawKernel, SHORTEST, Sinusoidal, StretchResponse, YarnConstants, YarnResponse};
 
 /// Unit-cell law of a curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,8 +12,6 @@ use crate::physics::yarn_law::{
 pub enum CurveLaw {
     /// The paper's, with the tension T in the plane.
     Published,
-    /// The paper's, with T cos α in the plane.
-    Projected,
     /// Sinusoidal yarns, forces conjugate to the arc length.
     Variational,
     /// Saw-tooth cell of Kawabata (1973).
@@ -89,9 +85,8 @@ pub fn parameters(fabric: &Fabric, law: CurveLaw) -> UnitCellParameters<f64> {
         CurveLaw::Kawabata => {
             return UnitCellParameters::with_rest_height(fabric, |crimp| (crimp * (2.0 + crimp)).sqrt());
         }
-        CurveLaw::Published => SineLaw::Published,
-        CurveLaw::Projected => SineLaw::Projected,
-        CurveLaw::Variational => SineLaw::Variational,
+        CurveLaw::Published => Law::Published,
+        CurveLaw::Variational => Law::Variational,
     };
     let cell = UnitCellParameters::new(fabric);
     UnitCellParameters { yarn: cell.yarn.map(|yarn| YarnConstants { law, ..yarn }), ..cell }

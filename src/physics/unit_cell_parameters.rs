@@ -1,9 +1,9 @@
 //! Constants of the unit cell, from the fabric and for each number type: (12), (14), (15).
 
-use crate::case::{Fabric, Law};
+use crate::case::Fabric;
 use crate::num::scalar::{Real, Scalar, each, is_double};
 use crate::physics::arc_length::{MAX_TERMS, arc_length, terms_for};
-use crate::physics::yarn_law::{LawKernel, SineLaw, YarnConstants};
+use crate::physics::yarn_law::{LawKernel, YarnConstants};
 
 /// Stands for the failure strain of a yarn that does not break.
 pub(crate) const NEVER: f64 = 1e30;
@@ -53,7 +53,7 @@ impl UnitCellParameters<f64> {
             slack_slope: 0.0,
             per_rest: 1.0 / (1.0 + y.crimp),
             terms: MAX_TERMS,
-            law: if fabric.crossover.law == Law::Variational { SineLaw::Variational } else { SineLaw::Published },
+            law: fabric.crossover.law,
         });
         let both = fabric.warp.present && fabric.weft.present;
         let height_sum = if both { (yarn[0].height + yarn[1].height - fabric.crossover.gap).max(0.0) } else { 0.0 };

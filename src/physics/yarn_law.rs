@@ -2,22 +2,12 @@
 //!
 //! The form of a yarn is a type, a sine in every run; what its forces are is a constant of the yarn, so that kernels are compiled once for all.
 
+use crate::case::Law;
 use crate::num::scalar::Real;
 use crate::physics::arc_length::arc_length;
 
 /// Span or leg over its rest length below which a collapsed cell is not followed: slack, but finite.
 pub const SHORTEST: f64 = 1e-9;
-
-/// Forces of a yarn on a sine.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SineLaw {
-    /// The paper's, with the tension T in the plane.
-    Published,
-    /// The paper's, with T cos α in the plane.
-    Projected,
-    /// Conjugate to the arc length.
-    Variational,
-}
 
 /// Constants of one yarn in the cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,7 +29,7 @@ pub struct YarnConstants<R> {
     /// Terms of the arc length series that matter while this yarn can be taut.
     pub terms: usize,
     /// Its forces, where it is a sine.
-    pub law: SineLaw,
+    pub law: Law,
 }
 
 /// Response of one yarn at a given height.
@@ -138,7 +128,7 @@ pub trait LawKernel: Copy + Send + Sync + 'static {
     }
 }
 
-/// A yarn on a sine, with the forces of its [`SineLaw`].
+/// A yarn on a sine, with the forces of its [`Law`].
 #[derive(Clone, Copy, Debug)]
 pub struct Sinusoidal;
 
@@ -151,7 +141,7 @@ impl LawKernel for Sinusoidal {
         let taut = h.zero().lt(strain);
         let tension = yarn.tension(strain);
         let growth = span.scale * span.rise * arc.slope;
-        let (force, stiffness) = if yarn.law == SineLaw::Variational {
+        let (force, stiffness) = if yarn.law == Law::Variational {
             let pi = h.splat_like(std::f64::consts::PI);
             let stiffness = pi * (arc.curvature * span.rise * tension + arc.slope * (yarn.stiffness * growth));
             (pi * arc.slope * tension, stiffness)
@@ -172,11 +162,11 @@ impl LawKernel for Sinusoidal {
 
     #[inline(always)]
     fn in_plane_factor<R: Real>(yarn: &YarnConstants<R>, span: &StretchResponse<R>, h: R) -> R {
-        if yarn.law == SineLaw::Published {
+        if yarn.law == Law::Published {
             return h.one();
         }
         let k = h * span.rise;
         let arc = arc_length(k, yarn.terms);
-        if yarn.law == SineLaw::Projected { arc.cosine } else { h.one() + arc.excess - k * arc.slope }
+        h.one() + arc.excess - k * arc.slope
     }
 }

@@ -25,8 +25,7 @@ macro_rules! with_curve_law {
 }
 
 /// Every law kernel there is.
-pub(crate) const LAWS: [CurveLaw; 4] =
-    [CurveLaw::Published, CurveLaw::Projected, CurveLaw::Variational, CurveLaw::Kawabata];
+pub(crate) const LAWS: [CurveLaw; 3] = [CurveLaw::Published, CurveLaw::Variational, CurveLaw::Kawabata];
 
 /// Laws of the solver.
 pub(crate) const SOLVER_LAWS: [Law; 2] = [Law::Published, Law::Variational];

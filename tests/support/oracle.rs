@@ -48,7 +48,6 @@ pub(crate) fn yarn(law: CurveLaw, half_span: f64, crimp: f64, stretch: f64, heig
     let strain = w * s.length / rest - 1.0;
     let (press, pull) = match law {
         CurveLaw::Published => (2.0 * k / k.hypot(1.0), 1.0),
-        CurveLaw::Projected => (2.0 * k / k.hypot(1.0), 1.0 / k.hypot(1.0)),
         _ => (std::f64::consts::PI * s.slope, s.pull),
     };
     Yarn { strain, press, pull }

@@ -213,16 +213,13 @@ fn loop_work(cell: &Cell<f64>) -> f64 {
     (0..4).map(side).sum::<f64>() / stored(cell, &cell.solve_from_rest(corners[2]))
 }
 
-/// (18) is not conjugate to the sinusoid: the published law gains or loses a little on every closed path, 0.05–0.3 % with the tension
-/// as in-plane force and a hundredth of that with its projection. A change that removes it has changed the law.
+/// (18) is not conjugate to the sinusoid: the published law gains or loses a little on every closed path, 0.05–0.3 %.
+/// A change that removes it has changed the law.
 #[test]
 fn a_closed_strain_path_returns_all_work_for_the_conservative_laws_only() {
-    for (law, range) in [
-        (CurveLaw::Variational, 0.0..1e-9),
-        (CurveLaw::Kawabata, 0.0..1e-9),
-        (CurveLaw::Published, 5e-4..3e-3),
-        (CurveLaw::Projected, 5e-6..5e-4),
-    ] {
+    for (law, range) in
+        [(CurveLaw::Variational, 0.0..1e-9), (CurveLaw::Kawabata, 0.0..1e-9), (CurveLaw::Published, 5e-4..3e-3)]
+    {
         // The unbalanced fabric is for the conservative laws: it has no measured loss.
         for cell in cells(law).into_iter().step_by(if range.start > 0.0 { 2 } else { 1 }) {
             let lost = loop_work(&cell).abs();
