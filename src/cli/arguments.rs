@@ -302,20 +302,11 @@ fn number(text: &str, expected: &str, fits: impl Fn(f64) -> bool) -> Result<f64,
     number.ok_or_else(|| format!("expected {expected}, found {text:?}"))
 }
 
-/// A number above 0, or a percentage with its sign, as a fraction up to `most`.
-fn fraction(text: &str, expected: &str, most: f64) -> Result<f64, String> {
-    let (digits, scale) = text.trim().strip_suffix('%').map_or((text, 1.0), |digits| (digits, 100.0));
-    number(digits, expected, |number| number > 0.0 && number / scale <= most).map(|number| number / scale)
-}
-
-/// A two-sided confidence.
+/// A two-sided confidence: a number above 0, or a percentage with its sign.
 fn level(text: &str) -> Result<f64, String> {
-    fraction(text, "a confidence above 0 and at most 0.9999, such as 0.9 or 90%", 0.9999)
-}
-
-/// An error that is good enough.
-pub(crate) fn tolerance(text: &str) -> Result<f64, String> {
-    fraction(text, "an error above 0 and at most 100%, such as 1% or 0.01", 1.0)
+    let (digits, scale) = text.trim().strip_suffix('%').map_or((text, 1.0), |digits| (digits, 100.0));
+    let expected = "a confidence above 0 and at most 0.9999, such as 0.9 or 90%";
+    number(digits, expected, |number| number > 0.0 && number / scale <= 0.9999).map(|number| number / scale)
 }
 
 /// A difference above 0 in percent, as a fraction.

@@ -12,10 +12,10 @@ use ripstop::output::expect::{expected, got, quantity};
 use ripstop::output::number::{fixed, fraction, short};
 use ripstop::output::{self, Folder};
 use ripstop::run::{self, Precision, Progress};
-use ripstop::study::bench::{self, BenchPlan};
+use ripstop::study::bench;
 use serde_json::{Value, json};
 
-use super::arguments::{BackendArguments, BackendChoice, PrintArguments, tolerance};
+use super::arguments::{BackendArguments, BackendChoice, PrintArguments};
 use super::backend;
 use super::failure::CommandFailure;
 use super::terminal::{self, Align, TextTable};
@@ -45,7 +45,7 @@ const CASES: [(&str, &str); 27] = cases! {
 /// `ripstop bench`
 #[derive(Args, Debug)]
 #[command(after_help = "Example:
-  ripstop bench shot.json --tolerance 0.5% --json | jq '.cases[].cheapest_within_tolerance'
+  ripstop bench shot.json --json | jq '.cases[].choices[] | {name, loop_s, velocity_error_percent}'
 
 The error is that of the velocity history against a reference (CPU, f64, Courant 0.25, one crossover per element), over the velocity that \
 the projectile loses. DIR gets bench.json.")]
@@ -53,9 +53,6 @@ pub(crate) struct BenchArguments {
     /// Case files [default: the paper's shot, cases/s720-1ply-155.json, built in]
     #[arg(value_name = "CASE.json")]
     cases: Vec<PathBuf>,
-    /// Largest error of the velocity history that is good enough: 1% or 0.01
-    #[arg(long, value_name = "ERROR", value_parser = tolerance, default_value = "1%", allow_hyphen_values = true)]
-    tolerance: f64,
     /// Change of every case, checked like the file; may be given again
     #[arg(long = "set", value_name = "/POINTER=VALUE")]
     sets: Vec<String>,
@@ -84,10 +81,9 @@ pub(crate) struct VerifyArguments {
     print: PrintArguments,
 }
 
-/// Measures every case, writes `bench.json` and says which choice is the cheapest.
+/// Measures every case and writes `bench.json`.
 pub(crate) fn bench(arguments: &BenchArguments) -> Result<(), CommandFailure> {
     let start = Instant::now();
-    let tolerance = arguments.tolerance;
     let interrupted = terminal::watch_interrupts()?;
     let paths: Vec<Option<&Path>> = match &arguments.cases[..] {
         [] => vec![None],
@@ -103,11 +99,11 @@ pub(crate) fn bench(arguments: &BenchArguments) -> Result<(), CommandFailure> {
     }
     let chosen = backend::choose(&arguments.backend, BackendChoice::Auto, None, &arguments.print)?;
     let folder = Folder::prepare_for(&arguments.out, &[FILE], &paths.iter().flatten().copied().collect::<Vec<_>>())?;
-    let plan = BenchPlan { threads: arguments.backend.threads, device: chosen.device.as_ref(), tolerance };
+    let options = chosen.options(arguments.backend.threads);
     let mut measured: Vec<Value> = Vec::new();
     terminal::begin_bar(&arguments.print);
     for path in paths {
-        let one = bench::measure(&|changes| read(path, changes), plan, &interrupted, &mut terminal::show_run);
+        let one = bench::measure(&|changes| read(path, changes), options, &interrupted, &mut terminal::show_run);
         let name = || path.map_or(PAPER.0.to_owned(), |path| path.display().to_string());
         measured.push(one.map_err(|error| CommandFailure::start(&name(), &error))?);
         if interrupted.load(Ordering::Relaxed) {
@@ -120,14 +116,13 @@ pub(crate) fn bench(arguments: &BenchArguments) -> Result<(), CommandFailure> {
         "threads": arguments.backend.threads,
         "vectors": Vectors::widest().name(),
         "adapter": chosen.device.as_ref().map(|device| device.name()),
-        "tolerance_percent": tolerance * 100.0,
         "wall_s": start.elapsed().as_secs_f64(),
         "interrupted": interrupted.load(Ordering::Relaxed),
         "cases": measured,
     });
     folder.put(&[(FILE, format!("{report:#}\n"))], &[FILE])?;
     let file = || format!("files  {}: {FILE}\n", folder.path().display());
-    let texts = || measured.iter().map(|one| text(one, tolerance)).collect::<String>() + &file();
+    let texts = || measured.iter().map(text).collect::<String>() + &file();
     terminal::show(&arguments.print, &report, texts)?;
     if interrupted.load(Ordering::Relaxed) {
         let words = format!("interrupted; what was measured until then: {}", folder.path().display());
@@ -148,8 +143,8 @@ fn percent(error: &Value) -> String {
     error.as_f64().map_or_else(|| "-".to_owned(), |error| format!("{} %", short(error, 3)))
 }
 
-/// Table of one case, scatter of its reference, configurations left out, and the choice to take.
-fn text(measured: &Value, tolerance: f64) -> String {
+/// Table of one case, scatter of its reference, and configurations left out.
+fn text(measured: &Value) -> String {
     use Align::{Left, Right};
     let number = |value: &Value| value.as_f64().unwrap_or(f64::NAN);
     let mut table = TextTable::plain(&[Left, Right, Right, Right, Right, Left]);
@@ -178,11 +173,7 @@ fn text(measured: &Value, tolerance: f64) -> String {
     for left_out in measured["skipped"].as_array().into_iter().flatten() {
         out += &format!("left out: {}: {}\n", word(&left_out["name"]), word(&left_out["reason"]));
     }
-    let asked = format!("velocities within {} %", short(tolerance * 100.0, 3));
-    match measured["cheapest_within_tolerance"].as_str() {
-        Some(name) => out + &format!("cheapest with {asked}: {name}\n\n"),
-        None => out + &format!("no choice has the reference's outcome and {asked}\n\n"),
-    }
+    out + "\n"
 }
 
 /// Runs every case and prints a line for each expectation; exit code 1 if one fails.

@@ -12,7 +12,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use serde_json::{Value, json};
 
 use crate::case::{Case, CaseError};
-use crate::gpu::Device;
 use crate::output::{self, csv};
 use crate::run::{self, Options, Precision, Progress, Run, RunError, Sample, Skips};
 
@@ -78,17 +77,6 @@ fn configurations(case: &Case, gpu: bool) -> Vec<Configuration> {
     all
 }
 
-/// Measuring options.
-#[derive(Clone, Copy, Debug)]
-pub struct BenchPlan<'a> {
-    /// Worker threads; `None` takes all cores.
-    pub threads: Option<usize>,
-    /// The graphics processor among the choices, if any.
-    pub device: Option<&'a Device>,
-    /// Largest error of the velocity history that is good enough [-].
-    pub tolerance: f64,
-}
-
 /// Row of `bench.json`: a configuration or the reference, and its run.
 fn row(name: &str, sets: &[String], case: &Case, run: &Run) -> Value {
     let divergence = run.divergence.as_ref();
@@ -109,18 +97,18 @@ fn row(name: &str, sets: &[String], case: &Case, run: &Run) -> Value {
     })
 }
 
-/// Runs the reference and every configuration: what `bench.json` has of a case.
+/// Runs the reference and every configuration, the graphics processor of `on` among them: what `bench.json` has of a case.
 ///
 /// # Errors
 /// When the reference is refused or does not start. A configuration that does not is left out with the reason.
 pub fn measure(
     read: ReadCase<'_>,
-    plan: BenchPlan<'_>,
+    on: Options<'_>,
     interrupt: &AtomicBool,
     progressed: Progressed<'_>,
 ) -> Result<Value, RunError> {
     let base = read(&[])?;
-    let options = Options::default().threads(plan.threads);
+    let options = Options::default().threads(on.threads);
     let mut shoot = |name: &str, case: &Case, options: Options<'_>| {
         run::run(case, options, interrupt, &mut |at: &Progress| progressed(name, at))
     };
@@ -134,11 +122,11 @@ pub fn measure(
     if is_whole(&reference) && !reference.interrupted {
         let second = shoot("second reference", &read(&second_sets)?, options.skips(Skips::WHOLE))?;
         reference_row["scatter_percent"] = json!(error(&second).filter(|_| is_whole(&second)));
-        for Configuration { name, precision, on_gpu, skips, sets } in configurations(&base, plan.device.is_some()) {
+        for Configuration { name, precision, on_gpu, skips, sets } in configurations(&base, on.device.is_some()) {
             if interrupt.load(Ordering::Relaxed) {
                 break;
             }
-            let options = options.precision(precision).skips(skips).device(plan.device.filter(|_| on_gpu));
+            let options = options.precision(precision).skips(skips).device(on.device.filter(|_| on_gpu));
             let refused =
                 |error: CaseError| format!("{}: expected {}, found {}", error.location, error.expected, error.found);
             let done = read(&sets).map_err(refused).and_then(|case| {
@@ -150,21 +138,14 @@ pub fn measure(
                 // An interrupted run says nothing about time or error.
                 Ok((_, run)) if run.interrupted => {}
                 Ok((mut row, run)) => {
-                    let error = error(&run).filter(|_| is_whole(&run));
-                    let same_outcome = is_whole(&run) && run.outcome == reference.outcome;
-                    let is_close = error.is_some_and(|error| error <= plan.tolerance * 100.0);
-                    row["velocity_error_percent"] = json!(error);
-                    row["same_outcome"] = json!(same_outcome);
-                    row["within_tolerance"] = json!(same_outcome && is_close);
+                    row["velocity_error_percent"] = json!(error(&run).filter(|_| is_whole(&run)));
+                    row["same_outcome"] = json!(is_whole(&run) && run.outcome == reference.outcome);
                     choices.push(row);
                 }
                 Err(reason) => skipped.push(json!({ "name": name, "reason": reason })),
             }
         }
     }
-    let seconds = |row: &Value| row["loop_s"].as_f64().unwrap_or(f64::INFINITY);
-    let good = choices.iter().filter(|row| row["within_tolerance"] == true);
-    let cheapest = good.min_by(|a, b| seconds(a).total_cmp(&seconds(b))).map(|row| row["name"].clone());
     Ok(json!({
         "case": case.name,
         "title": case.title,
@@ -172,7 +153,6 @@ pub fn measure(
         "reference": reference_row,
         "choices": choices,
         "skipped": skipped,
-        "cheapest_within_tolerance": cheapest,
     }))
 }
 

@@ -129,11 +129,11 @@ fn crossover_meets_the_published_numbers_of_every_law_in_every_form() {
 }
 
 #[test]
-fn bench_measures_every_choice_and_names_the_cheapest_within_the_tolerance() {
+fn bench_measures_every_choice() {
     let mut case = small();
     case["pack"] = json!({"width_mm": 17.8, "height_mm": 17.8});
     let bench = Bench::new(&case);
-    let asked = ["bench", "shot.json", "--backend", "cpu", "--threads", "1", "--tolerance", "50%"];
+    let asked = ["bench", "shot.json", "--backend", "cpu", "--threads", "1"];
     let output = bench.ripstop(&[&asked[..], &["--json"]].concat());
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     assert_eq!(bench.names("out/bench"), ["bench.json"]);
@@ -150,7 +150,6 @@ fn bench_measures_every_choice_and_names_the_cheapest_within_the_tolerance() {
     for one in choices {
         let [time, error] = point(one);
         assert!(time > 0.0 && error > 0.0 && error.is_finite(), "{one:#}");
-        assert_eq!(one["within_tolerance"], json!(one["same_outcome"] == true && error <= 50.0));
     }
     let named = |name: &str| choices.iter().find(|one| one["name"].as_str().unwrap().starts_with(name));
     let error = |name: &str| point(named(name).unwrap())[1];
@@ -159,9 +158,6 @@ fn bench_measures_every_choice_and_names_the_cheapest_within_the_tolerance() {
     assert_eq!(error("no skip"), error("no symmetry"));
     assert!((error("no symmetry") / error("default") - 1.0).abs() < 1e-6);
     assert!((error("f32") / error("default") - 1.0).abs() < 0.2);
-    let within = choices.iter().filter(|one| one["within_tolerance"] == true);
-    let cheapest = within.min_by(|a, b| point(a)[0].total_cmp(&point(b)[0])).unwrap();
-    assert_eq!(case["cheapest_within_tolerance"], cheapest["name"]);
     // Fourteen crossovers are no whole number of elements of four.
     assert!(named("mesh 4").is_none() && case["skipped"][0]["name"] == "mesh 4", "{}", case["skipped"]);
 }
@@ -170,7 +166,7 @@ fn bench_measures_every_choice_and_names_the_cheapest_within_the_tolerance() {
 fn bench_has_the_paper_s_shot_built_in() {
     let bench = Bench::new(&small());
     let shrunk = ["/pack/width_mm=17.8", "/pack/height_mm=17.8", "/solver/end_time_us=3"];
-    let mut arguments = vec!["bench", "--backend", "cpu", "--out", "here", "--tolerance", "0.000001"];
+    let mut arguments = vec!["bench", "--backend", "cpu", "--out", "here"];
     arguments.extend(shrunk.iter().flat_map(|set| ["--set", set]));
     let output = bench.ripstop(&arguments);
     assert_eq!((code(&output), stderr(&output)), (0, String::new()));
@@ -178,7 +174,6 @@ fn bench_has_the_paper_s_shot_built_in() {
         "Kevlar 129 S-720, 1 ply, RCC at 155 m/s",
         "reference: CPU, f64, Courant 0.25",
         "left out: mesh 4: the crossovers along warp or weft do not divide by 4",
-        "no choice has the reference's outcome and velocities within 0.0001 %",
         "files  here: bench.json",
     ] {
         assert!(stdout(&output).contains(part), "{part} in\n{}", stdout(&output));
