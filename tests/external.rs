@@ -67,7 +67,7 @@ fn main() -> ExitCode {
         trial("two_plies_one_turned", || drop(read_back(&[r#"/pack/layup=[{}, {"orientation_deg": 30}]"#]))),
         trial("an_oblique_fragment_that_spins_in_single_precision", || {
             let flight = r#""mass_g": 1, "velocity_m_s": 400, "obliquity_deg": 30, "angular_velocity_rad_s": [9000, 20000, 40000]"#;
-            let shape = r#""shape": "fsp", "diameter_mm": 6, "length_mm": 14"#;
+            let shape = r#""shape": "fragment", "diameter_mm": 6, "length_mm": 14"#;
             read_back(&[&format!("/projectile={{{shape}, {flight}}}"), "/pack/edges=free", "f32"]);
         }),
     ];

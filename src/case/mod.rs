@@ -25,7 +25,6 @@ mod pack;
 mod projectile;
 mod provenance;
 mod read;
-mod schema;
 mod solver;
 mod variability;
 
@@ -36,10 +35,9 @@ pub use grading::{Grading, LinesFrom};
 pub use pack::{Edge, Edges, InitialDeflection, Layer, MeshSize, Pack};
 pub use projectile::{Along, Motion, Projectile, Rotation, Shape};
 pub(crate) use provenance::mesh;
-pub use provenance::{Field, Origin, report};
+pub use provenance::{Field, Origin, reference, report, schema};
 pub(crate) use read::{as_woven, at_nominal_velocity, converged, realisation};
-pub use read::{from_str, from_text, read};
-pub use schema::{reference, schema};
+pub use read::{from_str, read};
 pub use solver::{
     Accuracy, Bound, ContactSampling, Expect, Numerics, Output, RunUntil, Solver, StretchSampling, Symmetry,
 };
@@ -198,8 +196,8 @@ const CONTACT_BYTES: f64 = 350.0;
 const FRAME_BYTES: usize = 400;
 /// Memory of a frame that waits to be written, of one element with its node [bytes].
 const SNAPSHOT_BYTES: usize = 80;
-/// Memory that frames in the making may take, and those that wait [bytes]; one may always be made, and two wait.
-const FRAMES_BYTES: usize = 128 << 20;
+/// Memory that frames in the making may take, and those that wait [bytes], one more in each place.
+pub(crate) const FRAMES_BYTES: usize = 128 << 20;
 /// One row of the history [bytes].
 const ROW_BYTES: f64 = 200.0;
 /// Remedy for a mesh that is too large.
@@ -282,27 +280,15 @@ fn critical_step(layer: &Layer) -> f64 {
 /// Bytes that the run will hold, about.
 fn memory_needed(case: &Case) -> f64 {
     let contact = if case.pack.plies > 1 { CONTACT_BYTES } else { 0.0 };
-    let frames = match case.output.frames as usize {
+    let frames = match case.output.frames {
         0 => 0,
-        frames => of_frames(case, frames, FRAME_BYTES, 1) + case.waiting_frame_bytes(),
+        _ => 2 * FRAMES_BYTES + case.elements() * (FRAME_BYTES + SNAPSHOT_BYTES),
     };
     let rows = case.solver.end_time / case.output.history_interval + 2.0;
     sum(case, |elements, nodes| elements * ELEMENT_BYTES + nodes * contact) + rows * ROW_BYTES + frames as f64
 }
 
-/// Bytes of frames with `of_element` bytes per element: of all of them if they are small, of `always` of them at least.
-fn of_frames(case: &Case, frames: usize, of_element: usize, always: usize) -> usize {
-    let one = of_element.saturating_mul(case.elements());
-    one.saturating_mul(frames).min(FRAMES_BYTES).max(one.saturating_mul(always))
-}
-
 impl Case {
-    /// Memory set aside for frames that wait to be written [bytes].
-    pub(crate) fn waiting_frame_bytes(&self) -> usize {
-        // Up to twice as many as asked for are kept until the end of the run is known.
-        of_frames(self, 2 * self.output.frames as usize, SNAPSHOT_BYTES, 2)
-    }
-
     /// Frames that the memory set aside for making them holds, at least one.
     pub(crate) fn frames_at_once(&self) -> usize {
         (FRAMES_BYTES / FRAME_BYTES.saturating_mul(self.elements()).max(1)).max(1)
@@ -367,12 +353,9 @@ mod tests {
         ] {
             assert_eq!(needed(pack, 0).0, bytes, "{pack}");
         }
-        let frames = |pack: &str, frames: u32| (needed(pack, frames).0 - needed(pack, 0).0, needed(pack, 0).1);
-        let (few, elements) = frames(r#""plies": 1"#, 10);
-        assert_eq!(few, elements * 10.0 * (FRAME_BYTES + 2 * SNAPSHOT_BYTES) as f64);
-        // Of many frames of a large pack one is made and two wait.
-        let (many, elements) = frames(r#""plies": 16, "elements_per_crossover": 16"#, 10_000);
-        assert_eq!(many, elements * (FRAME_BYTES + 2 * SNAPSHOT_BYTES) as f64);
+        let [(without, elements), (with, _)] = [0, 10].map(|frames| needed(r#""plies": 16"#, frames));
+        let one = (FRAME_BYTES + SNAPSHOT_BYTES) as f64;
+        assert_eq!(with - without, 2.0 * FRAMES_BYTES as f64 + elements * one);
     }
 
     #[test]

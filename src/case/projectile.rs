@@ -139,11 +139,11 @@ choices! {
     }
     /// Shape without its lengths.
     enum ShapeWord {
-        Cylinder = "cylinder" or "rcc",
-        Sphere = "sphere" or "ball",
+        Cylinder = "cylinder",
+        Sphere = "sphere",
         Cone = "cone",
         Ogive = "ogive",
-        Fragment = "fragment" or "fsp",
+        Fragment = "fragment",
         Bar = "bar",
     }
 }

@@ -3,13 +3,13 @@
 use std::collections::HashSet;
 use std::fs::File;
 use std::io::Read;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde_json::{Deserializer, Value, json};
 
 use super::changes::{self, Change};
 use super::error::{CaseError, check, describe, is_at_or_below, quote};
-use super::keys::{CASE, without_aliases};
+use super::keys::CASE;
 use super::provenance::{Origin, Provenance, in_si, typed};
 use super::{Case, fabric, pack, solver, variability};
 
@@ -25,16 +25,6 @@ pub fn read(path: &Path, sets: &[String]) -> Result<Case, CaseError> {
     let text = text_of_file(path).map_err(|error| error.in_file(&file))?;
     let case = assemble(&file, &text, sets, Some(folder_of(path)))?;
     Ok(Case { name: stem(path), path: path.to_owned(), ..case })
-}
-
-/// Reads a case from text that came another way; `name` stands for the file in errors and names the results, files of
-/// fabrics lie in `folder`.
-///
-/// # Errors
-/// As of [`read`].
-pub fn from_text(name: &str, text: &str, folder: &Path, sets: &[String]) -> Result<Case, CaseError> {
-    let case = assemble(name, text, sets, Some(folder))?;
-    Ok(Case { name: name.to_owned(), path: PathBuf::from(name), ..case })
 }
 
 /// Reads a case from memory; `name` stands for the file in errors. It may name built-in fabrics only.
@@ -109,7 +99,6 @@ pub(super) fn assemble_document(
     choices.into_iter().try_for_each(|change| change.apply(&mut document, by)).map_err(of_change)?;
     let mut files = fabric::inline(&mut document, folder).map_err(attributed)?;
     others.iter().try_for_each(|change| change.apply(&mut document, by)).map_err(of_change)?;
-    without_aliases(&CASE, &mut document);
     // Where a change reaches into the fabric, the file alone is not to blame.
     files.retain(|(place, _)| !others.iter().any(|change| is_at_or_below(&change.pointer, place)));
     let placed = |error: CaseError| {

@@ -76,31 +76,24 @@ pub struct Scattered {
     pub scatter: f64,
 }
 
-#[derive(JsonSchema)]
-#[allow(dead_code, reason = "for their schema")]
-struct VelocityKeys {
-    /// Distribution about the nominal value.
-    ///
-    /// Default: assumed: many small causes.
-    #[schemars(extend("default" = "normal"))]
-    distribution: Distribution,
-    /// Standard deviation of a normal distribution, half the width of a uniform one.
-    #[schemars(range(max = 1000), extend("exclusiveMinimum" = 0))]
-    scatter_m_s: f64,
+/// The keys of such a scatter in the unit of its value.
+macro_rules! scatter_keys {
+    ($($name:ident $key:ident $most:literal,)+) => {$(
+        #[derive(JsonSchema)]
+        #[allow(dead_code, reason = "for their schema")]
+        struct $name {
+            /// Distribution about the nominal value.
+            ///
+            /// Default: assumed: many small causes.
+            #[schemars(extend("default" = "normal"))]
+            distribution: Distribution,
+            /// Standard deviation of a normal distribution, half the width of a uniform one.
+            #[schemars(range(max = $most), extend("exclusiveMinimum" = 0))]
+            $key: f64,
+        }
+    )+};
 }
-
-#[derive(JsonSchema)]
-#[allow(dead_code, reason = "for their schema")]
-struct AngleKeys {
-    /// Distribution about the nominal value.
-    ///
-    /// Default: assumed: many small causes.
-    #[schemars(extend("default" = "normal"))]
-    distribution: Distribution,
-    /// Standard deviation of a normal distribution, half the width of a uniform one.
-    #[schemars(range(max = 45), extend("exclusiveMinimum" = 0))]
-    scatter_deg: f64,
-}
+scatter_keys! { VelocityKeys scatter_m_s 1000, AngleKeys scatter_deg 45, }
 
 choices! {
     /// A distribution about a nominal value.

@@ -82,7 +82,7 @@ pub(crate) fn new(arguments: &NewArguments) -> Result<(), CommandFailure> {
     let text = format!("{document:#}\n");
     let name = file.display().to_string();
     let folder = file.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
-    case::from_text(&name, &text, folder, &[])?;
+    case::from_str(&name, &text, &[])?;
     for (path, text) in [(&folder.join(SCHEMA), format!("{:#}\n", case::schema())), (file, text)] {
         let refused = |error| CommandFailure::expected(path.display(), "a file that can be written", error);
         output::write_whole(path, |file| file.write_all(text.as_bytes())).map_err(refused)?;

@@ -175,12 +175,7 @@ pub(crate) fn resume(path: &Path, print: &PrintArguments) -> Result<(), CommandF
     say(print, &format!("note: goes on from {}", us(head.time)));
     terminal::begin_bar(print);
     let options = chosen.options(head.threads).skips(head.skips).resume(&checkpoint);
-    let recorder = (case.output.frames > 0).then(|| {
-        let (recorder, lost) = Recorder::resume(&folder, &case, head);
-        let begin = |lost: &String| format!("warning: {lost}; the files of frames begin after that");
-        lost.iter().for_each(|lost| say(print, &begin(lost)));
-        recorder
-    });
+    let recorder = (case.output.frames > 0).then(|| Recorder::resume(&folder, &case, head)).transpose()?;
     let kept = if head.report { Animation::from_bytes(&checkpoint.observer) } else { None };
     let animation = head.report.then(|| kept.unwrap_or_else(|| Animation::new(&case)));
     let checkpoint_writer = Some(CheckpointWriter::new(&folder, &case, head.clone(), start));

@@ -15,9 +15,8 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use rayon::prelude::*;
 
 use super::folder::{ANOTHER, FRAMES, Folder, PVD, SPOOL, StagedFrames, write_whole};
-use super::number::us;
 use super::report::surface::SurfaceMesh;
-use crate::case::{Case, CaseError};
+use crate::case::{Case, CaseError, FRAMES_BYTES};
 use crate::physics::projectile_body::Body;
 use crate::physics::rigid_body::RigidBody;
 use crate::run::checkpoint::Header;
@@ -44,17 +43,18 @@ impl<'a> Recorder<'a> {
         Self { folder, case, frames, checkpoints, begun: false, error: None }
     }
 
-    /// Recorder of a run that goes on from the checkpoint with this header, with the frames beside it. Where some are missing, the
-    /// series begins after those; the words say so.
-    pub fn resume(folder: &'a Folder, case: &'a Case, header: &Header) -> (Self, Option<String>) {
+    /// Recorder of a run that goes on from the checkpoint with this header, with the frames beside it.
+    ///
+    /// # Errors
+    /// When one of them is missing.
+    pub fn resume(folder: &'a Folder, case: &'a Case, header: &Header) -> Result<Self, CaseError> {
         let mut new = Self { begun: true, ..Self::new(folder, case, true) };
         new.frames = FrameCollector::resume(case, case.output.frames as usize, header.step, header.time_step);
-        let missing = |step: &u64| parts(case).iter().map(|part| new.waiting(part, *step)).find(|path| !path.is_file());
-        let last = new.frames.taken.keys().rev().find_map(|step| Some((*step, missing(step)?)));
-        let Some((last, path)) = last else { return (new, None) };
-        new.frames.taken.retain(|step, _| *step > last);
-        let from = new.frames.taken.values().next().map_or(header.time, |(time, _)| *time);
-        (new, Some(format!("frames before {} are lost: {} is missing", us(from), path.display())))
+        let files = new.frames.taken.keys().flat_map(|step| parts(case).iter().map(|part| new.waiting(part, *step)));
+        match files.into_iter().find(|path| !path.is_file()) {
+            Some(path) => Err(CaseError::of_path(&path, "a frame of the checkpoint", "none", "run the case again")),
+            None => Ok(new),
+        }
     }
 
     /// File that waits, of a part of the frame before a step.
@@ -151,7 +151,7 @@ impl Observer for Recorder<'_> {
             self.discard();
         }
         let in_memory = self.frames.taken.values().filter_map(|(_, snapshot)| snapshot.as_ref());
-        if in_memory.map(|snapshot| snapshot.bytes).sum::<usize>() > self.case.waiting_frame_bytes() {
+        if in_memory.map(|snapshot| snapshot.bytes).sum::<usize>() > FRAMES_BYTES {
             self.settle();
         }
     }

@@ -170,14 +170,14 @@ pub(super) fn threshold_panel(result: &V50Result, sample: &ThresholdSample) -> F
     let range = roomy(ends(middles.iter().copied().chain(bounds.into_iter().flatten())), 0.15, 2e-3);
     let mut plot = Plot::new(range, [0.0, 1.0], CHANCE);
     if let [Some(low), Some(high)] = bounds {
-        plot.bar("class=\"ink\" fill-opacity=\"0.08\"", [low, high], [0.0, 1.0], "interval of V50");
+        plot.line("ink interval", "", &[[low, 0.5], [high, 0.5]]);
     }
     chance_curve(&mut plot, ["ink", "normal"], range, |velocity| sample.probability(velocity));
     for (rank, threshold) in middles.iter().enumerate() {
         dot(&mut plot, STOPPED, [*threshold, (rank as f64 + 0.5) / middles.len() as f64], 1);
     }
     plot.name("dot k0", "thresholds of realisations");
-    Figure::new("chance", "Chance of a perforation", "Band: interval of V50.", Some(plot))
+    Figure::new("chance", "Chance of a perforation", "Bar: interval of V50.", Some(plot))
 }
 
 /// Residual over impact velocity, with the curves fitted to it; nothing where no residual velocity is known.

@@ -1,13 +1,13 @@
 //! Figures of a run: plots with their words, for the report and `shot.svg`.
 
-use super::animation::{self, Animation, Keyframe};
+use super::animation::{Animation, Keyframe};
 use super::plot::{self, Figure, Plot};
 use crate::case::Case;
 use crate::output::breakage::Breakage;
 use crate::output::number::short;
 use crate::output::summary::residual_velocity;
 use crate::run::outcome::Outcome;
-use crate::run::{DeflectionProfile, PlySample, Run, Sample};
+use crate::run::{DeflectionProfile, Run, Sample};
 
 /// Deflection profiles at most.
 const PROFILES: usize = 6;
@@ -83,22 +83,6 @@ pub(in crate::output) fn deflection(animation: &Animation) -> Option<Figure> {
     let plot = over_time(0.0, "deflection [mm]", &lines.collect::<Vec<_>>());
     let caption = "Of fabric that hangs on an edge; debris does not count.".to_owned();
     Some(Figure::new("deflection", "Deflection", caption, Some(plot)))
-}
-
-/// Kinetic and elastic energy of the plies of a pack, of a thick one those that the playback shows.
-pub(in crate::output) fn plies(run: &Run) -> Option<Figure> {
-    let shown = animation::shown(run.plies);
-    if shown.len() < 2 || run.ply_history.is_empty() {
-        return None;
-    }
-    let energy = |row: &PlySample| row.moment.kinetic + row.moment.stored;
-    let points = |ply: usize| {
-        let rows = run.ply_history.iter().filter(|row| row.ply == ply);
-        rows.map(|row| [row.time * 1e6, energy(row)]).collect()
-    };
-    let lines: Vec<Line> = shown.iter().map(|ply| (format!("ply {}", ply + 1), points(*ply))).collect();
-    let caption = "Kinetic and elastic energy of a ply; ply 1 is struck.".to_owned();
-    Some(Figure::new("plies", "Energy of the plies", caption, Some(over_time(0.0, "energy [J]", &lines))))
 }
 
 /// Energies and their sum.

@@ -33,12 +33,11 @@ pub fn report(case: &Case, run: &Run, summary: &Value, animation: &Animation) ->
     let animation = Some(&animation).filter(|animation| animation.keyframes.len() > 1);
     let checks = checks(case, run);
     let strikes = case.projectile.is_some();
-    let figures: [Option<Figure>; 7] = [
+    let figures: [Option<Figure>; 6] = [
         strikes.then(|| figures::velocity(run)),
         strikes.then(|| figures::force(run)),
         animation.and_then(figures::deflection),
         Some(figures::energy(run)),
-        figures::plies(run),
         Some(figures::failures(case, run)),
         figures::profiles(case, run),
     ];

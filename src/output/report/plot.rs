@@ -4,7 +4,7 @@
 /// Style of plots on white, for files of their own.
 pub(crate) const STYLE: &str = ".grid { stroke: #222; stroke-opacity: 0.1; } .frame { fill: none; stroke: #888; } text { fill: #222; } \
     .curve { fill: none; stroke: currentColor; stroke-width: 2; } .dashed { stroke-dasharray: 7 4; } .interval { stroke-opacity: 0.45; } \
-    .dot { fill: currentColor; fill-opacity: 0.35; stroke: currentColor; } .bar { fill: currentColor; fill-opacity: 0.6; } \
+    .dot { fill: currentColor; fill-opacity: 0.35; stroke: currentColor; } \
     .ink { color: #222; } .k0 { color: #1f5fae; } .k1 { color: #cc5a0a; } .k2 { color: #2a8f7f; } .t0 { color: #a9c9ea; } \
     .t1 { color: #7fb0de; } .t2 { color: #5593cd; } .t3 { color: #3075b5; } .t4 { color: #185795; } .t5 { color: #07345f; }";
 
@@ -132,15 +132,6 @@ impl Plot {
         let ([x, y], words) = ([self.x.at(x), self.y.at(y)], escape(words));
         let circle = format!("<circle class=\"dot {class}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius:.1}\">");
         self.shapes += &(circle + &format!("<title>{words}</title></circle>\n"));
-    }
-
-    /// Adds a rectangle, with words for the pointer. `paint`: its attributes.
-    pub(crate) fn bar(&mut self, paint: &str, x: [f64; 2], y: [f64; 2], words: &str) {
-        let ([left, right], [bottom, top]) = (x.map(|x| self.x.at(x)), y.map(|y| self.y.at(y)));
-        let ([width, height], words) = ([right - left, bottom - top], escape(words));
-        self.shapes += &format!(
-            "<rect x=\"{left:.1}\" y=\"{top:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" {paint}><title>{words}</title></rect>\n"
-        );
     }
 
     /// Adds words to the legend.

@@ -28,8 +28,12 @@ impl SurfaceMesh {
     pub(in crate::output) fn new<'a>(body: &Body, pack: impl Iterator<Item = &'a [f32; 3]>) -> Self {
         let profile = &body.profile;
         if profile.bar {
-            let half_length = pack.map(|at| at[0].abs().max(at[1].abs())).fold(0.0, f32::max);
-            return Self::extruded(&outline(profile), f64::from(half_length));
+            let (radius, half) =
+                (profile.radius, f64::from(pack.map(|at| at[0].abs().max(at[1].abs())).fold(0.0, f32::max)));
+            let mut surface = Self::revolved(&[[0.0, half], [radius, half], [radius, -half], [0.0, -half]]);
+            // Its axis is y.
+            surface.points.iter_mut().for_each(|point| point.rotate_left(1));
+            return surface;
         }
         let mut surface = Self::revolved(&outline(profile));
         if let Some(chisel) = &profile.chisel {
@@ -74,28 +78,6 @@ impl SurfaceMesh {
     /// Corners of the faces cut into triangles.
     pub(in crate::output) fn triangles(&self) -> impl Iterator<Item = [usize; 3]> {
         self.faces.iter().flat_map(|face| face[1..].windows(2).map(|pair| [face[0], pair[0], pair[1]]))
-    }
-
-    /// An outline (x, s) and its mirror image, drawn out along y and closed at both ends.
-    fn extruded(outline: &[[f64; 2]], half_length: f64) -> Self {
-        let back = outline.iter().rev().skip(1).take(outline.len().saturating_sub(2));
-        let around: Vec<[f64; 2]> = outline.iter().copied().chain(back.map(|[x, s]| [-x, *s])).collect();
-        let ends = [-half_length, half_length];
-        let points = ends.iter().flat_map(|y| around.iter().map(move |[x, s]| [*x, *y, *s])).collect();
-        let count = around.len();
-        let side = |n: usize| vec![n, (n + 1) % count, count + (n + 1) % count, count + n];
-        let image = |n: usize| (count - n) % count;
-        // Slices of the ends from the nose down, those at the nose and at the tail triangles.
-        let slice = |n: usize| {
-            let mut corners = vec![n, n + 1, image(n + 1), image(n)];
-            corners.dedup();
-            corners.truncate(if corners[0] == corners[corners.len() - 1] { corners.len() - 1 } else { 4 });
-            corners
-        };
-        let slices = || (0..outline.len().saturating_sub(1)).map(slice);
-        let near = slices().map(|corners| corners.into_iter().rev().collect());
-        let far = slices().map(|corners| corners.into_iter().map(|corner| count + corner).collect());
-        Self { points, faces: (0..count).map(side).chain(near).chain(far).collect() }
     }
 }
 
@@ -185,7 +167,7 @@ mod tests {
                 [0.0, r],
             ),
             (
-                r#""shape": "fsp", "length_mm": 14, "nose_flat_mm": 2.8, "nose_angle_deg": 35"#,
+                r#""shape": "fragment", "length_mm": 14, "nose_flat_mm": 2.8, "nose_angle_deg": 35"#,
                 disc * long - flats,
                 [h, r],
             ),
