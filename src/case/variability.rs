@@ -12,7 +12,7 @@ use super::error::short_number_text;
 use super::keys::choices;
 use super::provenance::Provenance;
 use super::{Case, CaseError, Fabric, Projectile};
-use crate::num::link::Link;
+use crate::num::normal;
 use crate::num::random::DrawKey;
 
 /// Variability from shot to shot.
@@ -163,7 +163,7 @@ impl Scattered {
     /// Deviation from the nominal value for a number that is uniform between 0 and 1; in the unit of the scatter.
     fn deviation(&self, uniform: f64) -> f64 {
         match self.distribution {
-            Distribution::Normal => self.scatter * Link::Probit.quantile(uniform),
+            Distribution::Normal => self.scatter * normal::quantile(uniform),
             Distribution::Uniform => self.scatter * (2.0 * uniform - 1.0),
         }
     }

@@ -7,7 +7,6 @@ use clap::builder::RangedU64ValueParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use ripstop::case::{self, Case, CaseError};
-use ripstop::num::link::Link;
 use ripstop::run::Precision;
 
 use super::bench::{BenchArguments, VerifyArguments};
@@ -186,19 +185,15 @@ pub(crate) struct BatchArguments {
 #[command(after_help = "Examples:
   ripstop shots cases/s720-1ply-155.json --count 40 --velocity 150..220
   ripstop shots shot.json --count 1000 --velocity 150..250 -o out/limit --resume     # after Ctrl-C, kill or a full disk
-  ripstop shots shot.json --velocity 150..250 -o out/limit --only 17                 # shot 17 alone, with its report
 
 What varies from shot to shot stands in /variability of the case. DIR gets shots.csv, which `ripstop fit` reads, shots.json and shots.html.")]
 pub(crate) struct ShotsArguments {
     /// Shots
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000), required_unless_present = "only")]
-    pub(crate) count: Option<u32>,
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
+    pub(crate) count: u32,
     /// Velocities spread evenly over a range [m/s] [default: that of the case]
     #[arg(long, value_name = "A..B", value_parser = velocities)]
     pub(crate) velocity: Option<[f64; 2]>,
-    /// Run this shot alone, with everything that `ripstop run` writes, in DIR/shot-N
-    #[arg(long, value_name = "N")]
-    pub(crate) only: Option<u32>,
     #[command(flatten)]
     pub(crate) batch: BatchArguments,
 }
@@ -267,7 +262,7 @@ pub(crate) enum SweepKind {
 /// `ripstop fit`
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
-  ripstop fit shots.csv --link logit --level 95% -o out/limit
+  ripstop fit shots.csv --level 95% -o out/limit
   ripstop fit shots.csv --json | jq '.quantiles[] | select(.p == 0.5)'
 
 DATA.csv has the columns velocity_m_s and perforated (1 where the projectile passed, 0 where it was stopped), and if wanted count \
@@ -276,9 +271,6 @@ pub(crate) struct FitArguments {
     /// CSV of shots
     #[arg(value_name = "DATA.csv")]
     pub(crate) data: PathBuf,
-    /// Distribution of the thresholds
-    #[arg(long, value_enum, default_value = "probit")]
-    pub(crate) link: Link,
     /// Two-sided confidence of the intervals, such as 0.9 or 95%
     #[arg(long, value_name = "LEVEL", value_parser = level, default_value = "0.9", allow_hyphen_values = true)]
     pub(crate) level: f64,

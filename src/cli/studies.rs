@@ -7,10 +7,9 @@ use std::sync::atomic::AtomicBool;
 use std::thread;
 
 use ripstop::case::{Case, CaseError};
-use ripstop::num::link::Link;
 use ripstop::output::Folder;
-use ripstop::study::batch::{BatchError, BatchOptions, order_case};
-use ripstop::study::fit::{self, FitRequest};
+use ripstop::study::batch::{BatchError, BatchOptions};
+use ripstop::study::fit;
 use ripstop::study::report::{Report, ReportTable};
 use ripstop::study::shots::{self, ShotsRequest};
 use ripstop::study::sweep::{self, Factor, SweepOf, SweepRequest, grid};
@@ -24,7 +23,6 @@ use super::arguments::{
 use super::backend;
 use super::failure::CommandFailure;
 use super::result::{files, notes};
-use super::run::{RunArguments, shoot};
 use super::terminal::{self, Align, TextTable, part};
 
 /// Half the width of the interval over V50 at which thresholds end, and realisations at most, where nothing is asked for.
@@ -37,26 +35,12 @@ const FIT_FILES: [&str; 2] = ["fit.json", "fit.html"];
 /// Rows of a table at most.
 const MAX_ROWS: usize = 60;
 
-/// `ripstop shots`: shots of a case, or one of them alone.
+/// `ripstop shots`: shots of a case.
 pub(crate) fn shots(arguments: &ShotsArguments) -> Result<(), CommandFailure> {
     let study = Study::new(&arguments.batch, "shots", shots::FILES)?;
-    let request = ShotsRequest { velocity: arguments.velocity, ..shots_request(&arguments.batch, arguments.count) };
+    let request =
+        ShotsRequest { velocity: arguments.velocity, ..shots_request(&arguments.batch, Some(arguments.count)) };
     let case = &study.case;
-    if let Some(number) = arguments.only {
-        let mut shot = order_case(case, study.seed(), shots::order(&request, study.seed(), number))?;
-        // The case expects that of its nominal shot.
-        shot.expect.clear();
-        shot.title = format!("{}, shot {number}", case.title);
-        let BatchArguments { precision, backend, print, .. } = &arguments.batch;
-        let mut as_run = RunArguments {
-            precision: *precision,
-            backend: backend.clone(),
-            print: print.clone(),
-            ..Default::default()
-        };
-        as_run.backend.backend.get_or_insert(BackendChoice::Cpu);
-        return shoot(&as_run, &shot, &study.out().join(format!("shot-{number}")), &study.interrupted);
-    }
     study.compute("shots", |options, folder| {
         let found = shots::run(case, &request, options, folder)?;
         Ok((found.fit.json(), found.report(case)))
@@ -105,7 +89,7 @@ pub(crate) fn sweep(arguments: &SweepArguments) -> Result<(), CommandFailure> {
 /// `ripstop fit`: a limit from a table of shots.
 pub(crate) fn fit(arguments: &FitArguments) -> Result<(), CommandFailure> {
     let rows = fit::read(&arguments.data)?;
-    let found = fit::fit(&rows, FitRequest { link: arguments.link, level: arguments.level });
+    let found = fit::fit(&rows, arguments.level);
     let title = arguments.data.display().to_string();
     let (json, report) = (found.json(), found.report(&title));
     let mut printed = text(&report);
@@ -120,11 +104,7 @@ pub(crate) fn fit(arguments: &FitArguments) -> Result<(), CommandFailure> {
 }
 
 fn shots_request(arguments: &BatchArguments, count: Option<u32>) -> ShotsRequest {
-    ShotsRequest {
-        count: count.unwrap_or(1),
-        velocity: None,
-        fit: FitRequest { link: Link::Probit, level: arguments.level },
-    }
+    ShotsRequest { count: count.unwrap_or(1), velocity: None, level: arguments.level }
 }
 
 fn v50_request(arguments: &BatchArguments, thresholds: &ThresholdArguments) -> V50Request {

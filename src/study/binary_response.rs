@@ -1,4 +1,5 @@
-//! Ballistic limit of binary outcomes: P(perforation) = F((v − μ)/σ), fitted by maximum likelihood.
+//! Ballistic limit of binary outcomes: P(perforation) = F((v − μ)/σ) with the normal distribution F, fitted by maximum
+//! likelihood.
 //!
 //! The fit runs over η = α + β u with the velocity u from its mean and over its spread; the log-likelihood is concave in (α, β). Without
 //! overlap it has no maximum: β grows without bound. Firth's penalty, half the logarithm of the information's determinant in (α, β),
@@ -6,7 +7,7 @@
 
 use nalgebra::{Matrix2, Vector2};
 
-use crate::num::link::Link;
+use crate::num::normal;
 
 /// Steps of a fit at most. From these starts 5 to 20 are needed.
 const STEPS: usize = 500;
@@ -117,11 +118,9 @@ impl Outcomes {
 /// Ballistic limit and scatter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
-    /// Distribution of the thresholds.
-    pub link: Link,
     /// V50, in the unit of the velocities.
     pub mu: f64,
-    /// Scale of the distribution: for the normal one its standard deviation.
+    /// Standard deviation of the distribution.
     pub sigma: f64,
     /// Logarithm of the likelihood, each shot by itself, without a penalty.
     pub log_likelihood: f64,
@@ -139,17 +138,17 @@ impl Estimate {
 
     /// Velocity at which the chance of a perforation is `p`.
     pub fn velocity(&self, p: f64) -> f64 {
-        self.mu + self.link.quantile(p) * self.sigma
+        self.mu + normal::quantile(p) * self.sigma
     }
 
     /// Chance of a perforation at a velocity.
     pub fn probability(&self, velocity: f64) -> f64 {
-        self.link.probability((velocity - self.mu) / self.sigma)
+        normal::probability((velocity - self.mu) / self.sigma)
     }
 
     /// Standard error of [`Estimate::velocity`], from the expected information.
     pub fn standard_error(&self, p: f64) -> f64 {
-        let z = self.link.quantile(p);
+        let z = normal::quantile(p);
         let [[mu, both], [_, sigma]] = self.covariance;
         (mu + z * (2.0 * both + z * sigma)).sqrt()
     }
@@ -159,18 +158,17 @@ impl Estimate {
 ///
 /// # Errors
 /// Where the shots do not determine them.
-pub fn fit(link: Link, outcomes: &Outcomes) -> Result<Estimate, &'static str> {
+pub fn fit(outcomes: &Outcomes) -> Result<Estimate, &'static str> {
     refuse(outcomes)?;
-    let problem = Problem::new(link, outcomes);
+    let problem = Problem::new(outcomes);
     let firth = !outcomes.overlap();
     let line = problem.maximise(firth)?;
     if line.y <= 0.0 {
         return Err(INVERTED);
     }
     let (mu, sigma) = (problem.centre - line.x / line.y * problem.scale, problem.scale / line.y);
-    let covariance =
-        inverse(information(link, outcomes, mu, sigma)).ok_or(UNSETTLED)?.map(|c| c * sigma * sigma).into();
-    Ok(Estimate { link, mu, sigma, log_likelihood: problem.log_likelihood(line), covariance, firth })
+    let covariance = inverse(information(outcomes, mu, sigma)).ok_or(UNSETTLED)?.map(|c| c * sigma * sigma).into();
+    Ok(Estimate { mu, sigma, log_likelihood: problem.log_likelihood(line), covariance, firth })
 }
 
 /// Refusal of shots that no method can mend.
@@ -188,10 +186,10 @@ fn refuse(outcomes: &Outcomes) -> Result<(), &'static str> {
 }
 
 /// Expected information on (μ, σ) times σ²: Σ w \[1 z; z z²\].
-fn information(link: Link, outcomes: &Outcomes, mu: f64, sigma: f64) -> Matrix2<f64> {
+fn information(outcomes: &Outcomes, mu: f64, sigma: f64) -> Matrix2<f64> {
     let of = |group: &Group| {
         let z = (group.velocity - mu) / sigma;
-        moments(group.count() as f64 * link.information(z), z)
+        moments(group.count() as f64 * normal::information(z), z)
     };
     outcomes.groups().iter().map(of).sum()
 }
@@ -220,7 +218,6 @@ pub(super) struct StandardizedShots {
 /// Shots to fit, in velocities from their mean and over their spread.
 #[derive(Clone, Debug)]
 pub(super) struct Problem {
-    pub(super) link: Link,
     pub(super) points: Vec<StandardizedShots>,
     /// Mean and spread of the velocities.
     pub(super) centre: f64,
@@ -228,7 +225,7 @@ pub(super) struct Problem {
 }
 
 impl Problem {
-    pub(super) fn new(link: Link, outcomes: &Outcomes) -> Self {
+    pub(super) fn new(outcomes: &Outcomes) -> Self {
         let groups = outcomes.groups();
         let count: f64 = groups.iter().map(|group| group.count() as f64).sum();
         let centre = groups.iter().map(|group| group.count() as f64 * group.velocity).sum::<f64>() / count;
@@ -240,14 +237,14 @@ impl Problem {
             perforated: group.perforated as f64,
             stopped: group.stopped as f64,
         };
-        Self { link, points: groups.iter().map(point).collect(), centre, scale }
+        Self { points: groups.iter().map(point).collect(), centre, scale }
     }
 
     /// Logarithm of the likelihood.
     pub(super) fn log_likelihood(&self, line: LinearPredictor) -> f64 {
         let term = |point: &StandardizedShots| {
             let eta = line.x + line.y * point.u;
-            let of = |count: f64, eta: f64| if count > 0.0 { count * self.link.ln_probability(eta) } else { 0.0 };
+            let of = |count: f64, eta: f64| if count > 0.0 { count * normal::ln_probability(eta) } else { 0.0 };
             of(point.perforated, eta) + of(point.stopped, -eta)
         };
         self.points.iter().map(term).sum()
@@ -261,7 +258,7 @@ impl Problem {
     /// Expected information on (α, β).
     fn information(&self, line: LinearPredictor) -> Matrix2<f64> {
         let of = |point: &StandardizedShots| {
-            let w = (point.perforated + point.stopped) * self.link.information(line.x + line.y * point.u);
+            let w = (point.perforated + point.stopped) * normal::information(line.x + line.y * point.u);
             moments(w, point.u)
         };
         self.points.iter().map(of).sum()
@@ -272,11 +269,11 @@ impl Problem {
         let covariance = if penalty { inverse(self.information(line))? } else { Matrix2::zeros() };
         let of = |point: &StandardizedShots| {
             let (eta, u) = (line.x + line.y * point.u, point.u);
-            let mut slope = point.perforated * self.link.slope(eta) - point.stopped * self.link.slope(-eta);
+            let mut slope = point.perforated * normal::slope(eta) - point.stopped * normal::slope(-eta);
             if penalty {
                 let variance = covariance.m11 + u * (2.0 * covariance.m12 + u * covariance.m22);
-                let leverage = (point.perforated + point.stopped) * self.link.information(eta) * variance;
-                slope += 0.5 * leverage * self.link.ln_information_slope(eta);
+                let leverage = (point.perforated + point.stopped) * normal::information(eta) * variance;
+                slope += 0.5 * leverage * normal::ln_information_slope(eta);
             }
             Vector2::new(slope, slope * u)
         };
@@ -297,7 +294,7 @@ impl Problem {
             [(point.perforated, eta, point.u), (point.stopped, -eta, point.u)]
         };
         let shots = self.points.iter().flat_map(sides).filter(|(count, ..)| *count > 0.0);
-        Some(shots.map(|(count, eta, u)| moments(count * self.link.slope_and_curvature(eta)[1], u)).sum())
+        Some(shots.map(|(count, eta, u)| moments(count * (normal::slope(eta) * (normal::slope(eta) + eta)), u)).sum())
     }
 
     /// Newton's method, or Fisher scoring where the curvature is no bowl. Each step is halved until it leads upwards; close to the maximum,

@@ -14,7 +14,6 @@ use super::interval::interval;
 use super::limit::{Limit, Passed, QUANTILES, Quantile};
 use super::report::{Report, chance_panel, headline, residual_panel};
 use crate::case::CaseError;
-use crate::num::link::Link;
 use crate::output::number::short;
 
 /// Shots of one line, and velocities [m/s], at most: squares stay finite, and no projectile is as fast.
@@ -113,20 +112,11 @@ fn row(places: [Option<usize>; 4], record: &StringRecord) -> Result<FitRow, (usi
     Ok(FitRow { velocity, perforated, count, residual })
 }
 
-/// Request of a fit.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FitRequest {
-    /// Distribution of the thresholds.
-    pub link: Link,
-    /// Two-sided confidence of intervals.
-    pub level: f64,
-}
-
 /// Ballistic limit fitted to shots.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fit {
-    /// Request of the fit.
-    pub request: FitRequest,
+    /// Two-sided confidence of intervals.
+    pub level: f64,
     /// Outcomes of the shots.
     pub outcomes: Outcomes,
     /// μ and σ, or why there are none.
@@ -141,20 +131,20 @@ pub(super) fn passed(rows: &[FitRow]) -> Vec<Passed> {
     rows.iter().filter(|row| row.perforated && row.count > 0).filter_map(of).collect()
 }
 
-/// Fit of all that shots allow.
-pub fn fit(rows: &[FitRow], request: FitRequest) -> Fit {
+/// Fit of all that shots allow; `level`: two-sided confidence of intervals.
+pub fn fit(rows: &[FitRow], level: f64) -> Fit {
     let outcomes = Outcomes::new(rows.iter().map(|row| {
         let [perforated, stopped] = if row.perforated { [row.count, 0] } else { [0, row.count] };
         Group { velocity: row.velocity, perforated, stopped }
     }));
-    let estimate = binary_response::fit(request.link, &outcomes);
+    let estimate = binary_response::fit(&outcomes);
     let found = estimate.as_ref().ok();
     let quantile = |p: f64| {
-        let bounds = interval(request.link, &outcomes, found, p, request.level);
+        let bounds = interval(&outcomes, found, p, level);
         Quantile { p, value: found.map(|found| found.velocity(p)), bounds }
     };
-    let limit = Limit::new(QUANTILES.map(quantile).to_vec(), Some(&outcomes), passed(rows), request.level);
-    Fit { request, estimate, limit, outcomes }
+    let limit = Limit::new(QUANTILES.map(quantile).to_vec(), Some(&outcomes), passed(rows), level);
+    Fit { level, estimate, limit, outcomes }
 }
 
 impl Fit {
@@ -171,8 +161,7 @@ impl Fit {
             "overlap": self.outcomes.overlap(),
             "method": estimate.map(|found| if found.firth { "Firth's penalised likelihood" } else { "maximum likelihood" }),
             "no_estimate": self.estimate.err(),
-            "link": self.request.link.word(),
-            "level": self.request.level,
+            "level": self.level,
             "shots": perforated + stopped,
             "perforated": perforated,
             "stopped": stopped,
@@ -223,7 +212,7 @@ impl Fit {
             counts: vec![format!("{name}: {count} shots, {perforated} perforated, {stopped} stopped"), zone],
             answer: self.answer(),
             notes: self.notes(),
-            tables: self.limit.tables(self.request.level),
+            tables: self.limit.tables(self.level),
             panels: (count > 0).then(|| chance_panel(self)).into_iter().chain(residual_panel(&self.limit)).collect(),
         }
     }
@@ -232,10 +221,7 @@ impl Fit {
     fn answer(&self) -> Vec<String> {
         let (Ok(found), Some((_, bounds))) = (&self.estimate, self.limit.v50()) else { return Vec::new() };
         let by = if found.firth { ", with Firth's penalty" } else { "" };
-        let (sigma, link, deviance) = (short(found.sigma, 3), self.request.link.word(), short(found.deviance(), 4));
-        vec![
-            headline(found.mu, self.request.level, bounds.words()),
-            format!("σ {sigma} m/s, {link}{by}, deviance {deviance}"),
-        ]
+        let (sigma, deviance) = (short(found.sigma, 3), short(found.deviance(), 4));
+        vec![headline(found.mu, self.level, bounds.words()), format!("σ {sigma} m/s{by}, deviance {deviance}")]
     }
 }

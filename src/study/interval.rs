@@ -9,7 +9,7 @@ use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
 use serde::Serialize;
 
 use super::binary_response::{Estimate, LinearPredictor, Outcomes, Problem, StandardizedShots};
-use crate::num::link::Link;
+use crate::num::normal;
 use crate::output::number::short;
 
 /// Newton steps, and halvings of a bracket, at most.
@@ -46,10 +46,9 @@ impl Bounds {
 
 /// Interval of the velocity at chance `p` with two-sided confidence `level`. Without an estimate it ends on one side at most, where one
 /// outcome is missing.
-pub fn interval(link: Link, outcomes: &Outcomes, estimate: Option<&Estimate>, p: f64, level: f64) -> Bounds {
-    let z = Link::Probit.quantile(0.5 + 0.5 * level);
-    ProfileLikelihood::new(link, outcomes, estimate, p, 0.5 * z * z)
-        .map_or_else(Bounds::default, |profile| profile.bounds())
+pub fn interval(outcomes: &Outcomes, estimate: Option<&Estimate>, p: f64, level: f64) -> Bounds {
+    let z = normal::quantile(0.5 + 0.5 * level);
+    ProfileLikelihood::new(outcomes, estimate, p, 0.5 * z * z).map_or_else(Bounds::default, |profile| profile.bounds())
 }
 
 /// Log-likelihood over the velocity t of one chance, σ chosen best at each. Velocities are those of the [`Problem`].
@@ -67,9 +66,9 @@ struct ProfileLikelihood {
 
 impl ProfileLikelihood {
     /// `None` where every velocity is inside.
-    fn new(link: Link, outcomes: &Outcomes, estimate: Option<&Estimate>, p: f64, below: f64) -> Option<Self> {
-        let problem = Problem::new(link, outcomes);
-        let z = link.quantile(p);
+    fn new(outcomes: &Outcomes, estimate: Option<&Estimate>, p: f64, below: f64) -> Option<Self> {
+        let problem = Problem::new(outcomes);
+        let z = normal::quantile(p);
         let profile = |problem: Problem, penalty, cut, inside, step| Self { problem, z, penalty, cut, inside, step };
         if let Some(estimate) = estimate {
             let (centre, scale) = (problem.centre, problem.scale);
@@ -111,7 +110,7 @@ impl ProfileLikelihood {
         let best = match perforated / (perforated + stopped) {
             0.0 => f64::NEG_INFINITY,
             1.0 => f64::INFINITY,
-            share => self.problem.link.quantile(share),
+            share => normal::quantile(share),
         };
         let alpha = if side > 0.0 { best.min(self.z) } else { best.max(self.z) };
         if alpha.is_infinite() { 0.0 } else { self.problem.log_likelihood(line(alpha)) }
@@ -134,7 +133,6 @@ impl ProfileLikelihood {
 
     /// Best β ≥ 0 at t: Newton's method between bounds.
     fn steepness(&self, t: f64) -> f64 {
-        let link = self.problem.link;
         let slopes = |beta: f64| {
             let mut sum = [0.0; 2];
             for point in &self.problem.points {
@@ -143,9 +141,9 @@ impl ProfileLikelihood {
                 let [pass, stop] = [(point.perforated, eta, 1.0), (point.stopped, -eta, -1.0)];
                 for (count, eta, sign) in [pass, stop] {
                     if count > 0.0 {
-                        let [slope, curvature] = link.slope_and_curvature(eta);
+                        let slope = normal::slope(eta);
                         sum[0] += sign * d * count * slope;
-                        sum[1] += d * d * count * curvature;
+                        sum[1] += d * d * count * (slope * (slope + eta));
                     }
                 }
             }
@@ -302,13 +300,13 @@ impl ThresholdSample {
 
     /// Threshold that a part `p` of the realisations lies below.
     pub fn quantile(&self, p: f64) -> f64 {
-        self.mean + self.sigma * Link::Probit.quantile(p)
+        self.mean + self.sigma * normal::quantile(p)
     }
 
     /// Part of the realisations that are perforated at a velocity.
     pub fn probability(&self, velocity: f64) -> f64 {
         match self.sigma {
-            sigma if sigma > 0.0 => Link::Probit.probability((velocity - self.mean) / sigma),
+            sigma if sigma > 0.0 => normal::probability((velocity - self.mean) / sigma),
             _ if velocity < self.mean => 0.0,
             _ => 1.0,
         }
@@ -327,7 +325,7 @@ impl ThresholdSample {
         let t = student_t(level, self.count as u64 - 1);
         let fall = 0.5 * n * (t * t / (n - 1.0)).ln_1p();
         let most_likely = (1.0 - 1.0 / n) * self.sigma * self.sigma;
-        let z = Link::Probit.quantile(p);
+        let z = normal::quantile(p);
         // Log-likelihood over its part that does not change, with the best σ.
         let height = |q: f64| {
             let at = |log: f64| {

@@ -158,7 +158,7 @@ pub(super) fn chance_panel(fit: &Fit) -> Figure {
     }
     plot.name("dot k1", "perforated");
     plot.name("dot k0", "stopped");
-    let caption = format!("Bars: {} % intervals.", short(100.0 * fit.request.level, 3));
+    let caption = format!("Bars: {} % intervals.", short(100.0 * fit.level, 3));
     Figure::new("chance", "Chance of a perforation", caption, Some(plot))
 }
 

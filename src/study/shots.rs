@@ -11,7 +11,7 @@ use csv::StringRecord;
 use serde_json::json;
 
 use super::batch::{self, Batch, BatchError, BatchOptions, ShotOrder, notes};
-use super::fit::{Fit, FitRequest, FitRow, fit};
+use super::fit::{Fit, FitRow, fit};
 use super::report::Report;
 use crate::case::{Case, CaseError, Drawn, RANGE_STREAM};
 use crate::num::random::DrawKey;
@@ -60,8 +60,8 @@ pub struct ShotsRequest {
     pub count: u32,
     /// Range of the velocities [m/s]; `None`: that of the case.
     pub velocity: Option<[f64; 2]>,
-    /// Fit of the limit.
-    pub fit: FitRequest,
+    /// Two-sided confidence of intervals.
+    pub level: f64,
 }
 
 /// Result of a batch.
@@ -123,7 +123,7 @@ pub fn run(
     })?;
     let table = batch.table().text(request.count);
     let rows: Vec<ShotRow> = batch.table().rows(request.count).cloned().collect();
-    let fit = fit(&rows.iter().filter_map(ShotRow::fit_row).collect::<Vec<FitRow>>(), request.fit);
+    let fit = fit(&rows.iter().filter_map(ShotRow::fit_row).collect::<Vec<FitRow>>(), request.level);
     let result = ShotsResult { rows, fit };
     let page = result.report(case).html(&format!("Shots: {}", case.title), "shots.csv");
     let json = format!("{:#}\n", result.fit.json());

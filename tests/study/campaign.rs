@@ -6,12 +6,10 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use ripstop::case::{self, Case};
-use ripstop::num::link::Link;
 use ripstop::output::{Folder, residual_velocity};
 use ripstop::run::Precision;
 use ripstop::run::outcome::Outcome;
 use ripstop::study::batch::{BatchError, BatchOptions, ShotOrder, order_case};
-use ripstop::study::fit::FitRequest;
 use ripstop::study::shots::{self, ShotsRequest};
 use ripstop::study::sweep::{self, Factor, SweepOf, SweepRequest, grid};
 use ripstop::study::v50::{self, V50Request, middle};
@@ -26,7 +24,6 @@ pub(super) const SMALL: &str = r#"{"title": "small ply", "fabric": {"file": "fab
     "projectile": {"shape": "sphere", "diameter_mm": 5, "mass_g": 0.5, "velocity_m_s": 70}}"#;
 const VARIES: &str =
     r#"/variability={"hit": "unit_cell", "velocity": {"scatter_m_s": 3}, "modulus": {"scatter": 0.05}}"#;
-const FIT: FitRequest = FitRequest { link: Link::Probit, level: 0.9 };
 static QUIET: AtomicBool = AtomicBool::new(false);
 
 /// Small case with changes, and few elements: it is shot in tens of milliseconds.
@@ -46,7 +43,7 @@ fn options(threads: usize, resume: bool) -> BatchOptions<'static> {
 }
 
 fn shots_request(count: u32) -> ShotsRequest {
-    ShotsRequest { count, velocity: Some([40.0, 140.0]), fit: FIT }
+    ShotsRequest { count, velocity: Some([40.0, 140.0]), level: 0.9 }
 }
 
 fn folder(path: &Path) -> Folder {
@@ -193,7 +190,7 @@ fn sweep_request(over: &[&str], sets: &[&str]) -> SweepRequest {
         (values, case)
     };
     let points = grid(&factors).unwrap().into_iter().map(of).collect();
-    let of = SweepOf::Shots(ShotsRequest { count: 1, velocity: None, fit: FIT });
+    let of = SweepOf::Shots(ShotsRequest { count: 1, velocity: None, level: 0.9 });
     SweepRequest { factors, level: 0.9, of, points }
 }
 

@@ -1,7 +1,7 @@
 //! Frequency at which intervals hold the truth, in 6000 synthetic ranges and in 10 000 synthetic campaigns of thresholds: the tables of the book.
 
 use rayon::prelude::*;
-use ripstop::num::link::Link;
+use ripstop::num::normal;
 use ripstop::num::random::DrawKey;
 use ripstop::study::binary_response::{Group, Outcomes, fit};
 use ripstop::study::interval::interval;
@@ -63,18 +63,18 @@ fn range(number: u32, row: usize, design: Design, count: usize) -> Range {
     let mut shots: Vec<Shot> = Vec::new();
     for n in 0..count {
         let velocity = design(&shots, count);
-        let threshold = mu + SIGMA * Link::Probit.quantile(key(n as u32).uniform()[0]);
+        let threshold = mu + SIGMA * normal::quantile(key(n as u32).uniform()[0]);
         shots.push(Shot { velocity, perforated: velocity > threshold });
     }
     let outcomes = Outcomes::new(shots.iter().map(|shot| {
         let perforated = u64::from(shot.perforated);
         Group { velocity: shot.velocity, perforated, stopped: 1 - perforated }
     }));
-    let Ok(found) = fit(Link::Probit, &outcomes) else { return Range::default() };
-    let truth = |p: f64| mu + SIGMA * Link::Probit.quantile(p);
+    let Ok(found) = fit(&outcomes) else { return Range::default() };
+    let truth = |p: f64| mu + SIGMA * normal::quantile(p);
     let mut open = false;
     let held = [0.5, 0.9].map(|p| {
-        let bounds = interval(Link::Probit, &outcomes, Some(&found), p, LEVEL);
+        let bounds = interval(&outcomes, Some(&found), p, LEVEL);
         open |= bounds.low.is_none() || bounds.high.is_none();
         holds(bounds, truth(p))
     });
@@ -143,7 +143,7 @@ fn intervals_from_thresholds_hold_the_truth_as_often_as_the_book_says() {
     let mut table =
         "| thresholds | realisations | width of a bracket | V50 held % | V90 held % |\n|---|---|---|---|---|\n"
             .to_owned();
-    let normal = |sigma: f64| move |u: f64| MU + sigma * Link::Probit.quantile(u);
+    let normal = |sigma: f64| move |u: f64| MU + sigma * normal::quantile(u);
     let weibull = |u: f64| MU * (-(1.0 - u).ln()).powf(1.0 / 12.0);
     let rows: [Row<'_>; 5] = [
         ("normal, σ 4 %", 8, 0.005, &normal(7.6)),

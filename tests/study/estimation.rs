@@ -1,6 +1,6 @@
 //! Maximum likelihood, Firth's penalty, intervals, arithmetic V50, residual velocities, refusals.
 
-use ripstop::num::link::Link;
+use ripstop::num::normal;
 use ripstop::num::random::DrawKey;
 use ripstop::study::binary_response::{self as binary, Estimate, Group, Outcomes, fit};
 use ripstop::study::interval::{Bounds, interval};
@@ -8,30 +8,30 @@ use ripstop::study::limit::{Passed, ResidualModel, arithmetic_v50, residual_fit}
 
 use super::{GONOGO, NEYER, WU_TIAN, holds, near, outcomes};
 
-fn probit(text: &str) -> Estimate {
-    fit(Link::Probit, &outcomes(text)).unwrap()
+fn estimate(text: &str) -> Estimate {
+    fit(&outcomes(text)).unwrap()
 }
 
 #[test]
 fn published_sets_give_the_published_estimates() {
     let nine: Vec<&str> = WU_TIAN.split(' ').take(9).collect();
-    let found = probit(&nine.join(" "));
+    let found = estimate(&nine.join(" "));
     near(found.mu, 9.9726, 5e-5);
     near(found.sigma, 2.0705, 5e-5);
     // The published σ is R's, which stops when the deviance changes by less than 1e-8: 3e-5 from the maximum.
-    let found = probit(&format!("{WU_TIAN} {GONOGO}"));
+    let found = estimate(&format!("{WU_TIAN} {GONOGO}"));
     near(found.mu, 10.17033, 5e-5);
     near(found.sigma, 0.93398, 5e-5);
     near(found.deviance(), 14.139, 5e-4);
-    let found = probit(NEYER);
+    let found = estimate(NEYER);
     near(found.mu, 5.39218, 6e-6);
     near(found.sigma, 1.04123, 6e-6);
 }
 
-fn log_likelihood(link: Link, outcomes: &Outcomes, mu: f64, sigma: f64) -> f64 {
+fn log_likelihood(outcomes: &Outcomes, mu: f64, sigma: f64) -> f64 {
     let term = |group: &Group| {
         let eta = (group.velocity - mu) / sigma;
-        group.perforated as f64 * link.ln_probability(eta) + group.stopped as f64 * link.ln_probability(-eta)
+        group.perforated as f64 * normal::ln_probability(eta) + group.stopped as f64 * normal::ln_probability(-eta)
     };
     outcomes.groups().iter().map(term).sum()
 }
@@ -39,64 +39,48 @@ fn log_likelihood(link: Link, outcomes: &Outcomes, mu: f64, sigma: f64) -> f64 {
 /// Estimates held to the condition of a maximum, and to the expected information by hand.
 #[test]
 fn an_estimate_is_a_maximum_and_its_covariance_the_inverse_information() {
-    for link in [Link::Probit, Link::Logit] {
-        let outcomes = outcomes(&format!("{WU_TIAN} {GONOGO}"));
-        let found = fit(link, &outcomes).unwrap();
-        let likelihood = |mu: f64, sigma: f64| log_likelihood(link, &outcomes, mu, sigma);
-        let (mu, sigma, h) = (found.mu, found.sigma, 1e-4);
-        near(found.log_likelihood, likelihood(mu, sigma), 1e-12);
-        near((likelihood(mu + h, sigma) - likelihood(mu - h, sigma)) / (2.0 * h), 0.0, 1e-6);
-        near((likelihood(mu, sigma + h) - likelihood(mu, sigma - h)) / (2.0 * h), 0.0, 1e-6);
-        let [[a, b], [_, c]] = found.covariance;
-        for p in [0.1, 0.5, 0.9] {
-            let z = link.quantile(p);
-            near(found.standard_error(p).powi(2), a + 2.0 * z * b + z * z * c, 1e-12);
-        }
-        let mut product = [0.0; 3];
-        for group in outcomes.groups() {
-            let z = (group.velocity - mu) / sigma;
-            let w = link.information(z) / (sigma * sigma);
-            product[0] += w * (a + z * b);
-            product[1] += w * (b + z * c);
-            product[2] += w * z * (b + z * c);
-        }
-        near(product[0], 1.0, 1e-9);
-        near(product[1], 0.0, 1e-9);
-        near(product[2], 1.0, 1e-9);
+    let outcomes = outcomes(&format!("{WU_TIAN} {GONOGO}"));
+    let found = fit(&outcomes).unwrap();
+    let likelihood = |mu: f64, sigma: f64| log_likelihood(&outcomes, mu, sigma);
+    let (mu, sigma, h) = (found.mu, found.sigma, 1e-4);
+    near(found.log_likelihood, likelihood(mu, sigma), 1e-12);
+    near((likelihood(mu + h, sigma) - likelihood(mu - h, sigma)) / (2.0 * h), 0.0, 1e-6);
+    near((likelihood(mu, sigma + h) - likelihood(mu, sigma - h)) / (2.0 * h), 0.0, 1e-6);
+    let [[a, b], [_, c]] = found.covariance;
+    for p in [0.1, 0.5, 0.9] {
+        let z = normal::quantile(p);
+        near(found.standard_error(p).powi(2), a + 2.0 * z * b + z * z * c, 1e-12);
     }
+    let mut product = [0.0; 3];
+    for group in outcomes.groups() {
+        let z = (group.velocity - mu) / sigma;
+        let w = normal::information(z) / (sigma * sigma);
+        product[0] += w * (a + z * b);
+        product[1] += w * (b + z * c);
+        product[2] += w * z * (b + z * c);
+    }
+    near(product[0], 1.0, 1e-9);
+    near(product[1], 0.0, 1e-9);
+    near(product[2], 1.0, 1e-9);
 }
 
-/// In the logistic case the penalty's gradient is that of Firth (1993): Σ (y − π + h (½ − π)) (1, v) = 0. Two shots have a closed form:
-/// each is held halfway between its outcome and one half, π = ¾, so σ = half the distance over ln 3.
+/// The likelihood times the square root of the information's determinant is largest at the estimate; of two shots that is their middle.
 #[test]
 fn without_overlap_firths_penalty_gives_the_estimate_and_says_so() {
-    let found = fit(Link::Logit, &outcomes("400/0 500/1")).unwrap();
-    assert!(found.firth);
-    near(found.mu, 450.0, 1e-9);
-    near(found.sigma, 50.0 / 3.0_f64.ln(), 1e-7);
+    near(fit(&outcomes("400/0 500/1")).unwrap().mu, 450.0, 1e-9);
     let outcomes = outcomes("400/0 430/0 445/0 460/1 500/1");
-    assert!(!outcomes.overlap());
-    let found = fit(Link::Logit, &outcomes).unwrap();
-    let eta = |velocity: f64| (velocity - found.mu) / found.sigma;
-    let info = |of: fn(f64) -> f64| -> f64 {
-        outcomes
-            .groups()
-            .iter()
-            .map(|group| Link::Logit.information(eta(group.velocity)) * of(eta(group.velocity)))
-            .sum()
+    let found = fit(&outcomes).unwrap();
+    assert!(found.firth && !outcomes.overlap());
+    let penalised = |mu: f64, sigma: f64| {
+        let sum = |power: i32| -> f64 {
+            let of = |velocity: f64| normal::information((velocity - mu) / sigma) * (velocity - 450.0).powi(power);
+            outcomes.groups().iter().map(|group| of(group.velocity)).sum()
+        };
+        log_likelihood(&outcomes, mu, sigma) + 0.5 * (sum(0) * sum(2) - sum(1).powi(2)).ln()
     };
-    let (s0, s1, s2) = (info(|_| 1.0), info(|z| z), info(|z| z * z));
-    let mut score = [0.0; 2];
-    for group in outcomes.groups() {
-        let z = eta(group.velocity);
-        let (pi, y) = (Link::Logit.probability(z), group.perforated as f64);
-        let leverage = Link::Logit.information(z) * (s2 - 2.0 * z * s1 + z * z * s0) / (s0 * s2 - s1 * s1);
-        let residual = y - pi + leverage * (0.5 - pi);
-        score[0] += residual;
-        score[1] += residual * z;
-    }
-    near(score[0], 0.0, 1e-9);
-    near(score[1], 0.0, 1e-9);
+    let (mu, sigma, h) = (found.mu, found.sigma, 1e-3);
+    near((penalised(mu + h, sigma) - penalised(mu - h, sigma)) / (2.0 * h), 0.0, 1e-7);
+    near((penalised(mu, sigma + h) - penalised(mu, sigma - h)) / (2.0 * h), 0.0, 1e-7);
 }
 
 #[test]
@@ -111,22 +95,20 @@ fn shots_that_tell_nothing_are_refused_with_the_reason() {
         // Perforations and stops of the same mean velocity: σ is infinite.
         ("400/1 450/0 500/1", binary::INVERTED),
     ] {
-        for link in [Link::Probit, Link::Logit] {
-            assert_eq!(fit(link, &outcomes(text)), Err(why), "{text}");
-        }
+        assert_eq!(fit(&outcomes(text)), Err(why), "{text}");
     }
 }
 
 /// Velocities in other units, and many shots on one line, are the same shots.
 #[test]
 fn units_and_counts_do_not_matter() {
-    let found = probit(WU_TIAN);
+    let found = estimate(WU_TIAN);
     let scaled: Outcomes = Outcomes::new(outcomes(WU_TIAN).groups().iter().map(|group| Group {
         velocity: 3000.0 + 100.0 * group.velocity,
         perforated: 7 * group.perforated,
         stopped: 7 * group.stopped,
     }));
-    let same = fit(Link::Probit, &scaled).unwrap();
+    let same = fit(&scaled).unwrap();
     near(same.mu, 3000.0 + 100.0 * found.mu, 1e-6);
     near(same.sigma, 100.0 * found.sigma, 1e-6);
     near(same.deviance(), 7.0 * found.deviance(), 1e-8);
@@ -135,8 +117,8 @@ fn units_and_counts_do_not_matter() {
 
 fn bounds(text: &str, p: f64, level: f64) -> Bounds {
     let outcomes = outcomes(text);
-    let found = fit(Link::Probit, &outcomes).ok();
-    interval(Link::Probit, &outcomes, found.as_ref(), p, level)
+    let found = fit(&outcomes).ok();
+    interval(&outcomes, found.as_ref(), p, level)
 }
 
 #[track_caller]
@@ -149,7 +131,7 @@ fn ends(got: Bounds, expected: [f64; 2], tolerance: f64) {
 fn published_sets_give_the_published_intervals() {
     let all = format!("{WU_TIAN} {GONOGO}");
     // Estimate and standard error: 1.644854 is the normal quantile of 95 %.
-    let found = probit(&all);
+    let found = estimate(&all);
     let half = 1.644_854 * found.standard_error(0.5);
     let bounds_by_error = Bounds { low: Some(found.mu - half), high: Some(found.mu + half) };
     ends(bounds_by_error, [9.4078, 10.9329], 6e-5);
@@ -186,16 +168,14 @@ fn one_outcome_alone_bounds_the_limit_on_one_side() {
 #[test]
 fn at_an_end_the_likelihood_has_fallen_by_half_of_chi_square() {
     let all = outcomes(&format!("{WU_TIAN} {GONOGO}"));
-    for link in [Link::Probit, Link::Logit] {
-        let found = fit(link, &all).unwrap();
-        for p in [0.1, 0.5, 0.9] {
-            let bounds = interval(link, &all, Some(&found), p, 0.95);
-            for t in [bounds.low.unwrap(), bounds.high.unwrap()] {
-                let at = |sigma: f64| log_likelihood(link, &all, t - link.quantile(p) * sigma, sigma);
-                let best = (0..20_000).map(|n| at(0.1 * (3e-4 * f64::from(n)).exp())).fold(f64::NEG_INFINITY, f64::max);
-                // 1.959964² = 3.841459.
-                near(found.log_likelihood - best, 0.5 * 3.841459, 2e-6);
-            }
+    let found = fit(&all).unwrap();
+    for p in [0.1, 0.5, 0.9] {
+        let bounds = interval(&all, Some(&found), p, 0.95);
+        for t in [bounds.low.unwrap(), bounds.high.unwrap()] {
+            let at = |sigma: f64| log_likelihood(&all, t - normal::quantile(p) * sigma, sigma);
+            let best = (0..20_000).map(|n| at(0.1 * (3e-4 * f64::from(n)).exp())).fold(f64::NEG_INFINITY, f64::max);
+            // 1.959964² = 3.841459.
+            near(found.log_likelihood - best, 0.5 * 3.841459, 2e-6);
         }
     }
 }
@@ -271,7 +251,7 @@ fn intervals_hold_the_limit_as_often_as_they_say() {
     let ranges = 400;
     for range in 0..ranges {
         let noise = |n: u32| {
-            8.0 * Link::Probit.quantile(DrawKey { seed: 3, shot: range, element: n, ..DrawKey::default() }.uniform()[0])
+            8.0 * normal::quantile(DrawKey { seed: 3, shot: range, element: n, ..DrawKey::default() }.uniform()[0])
         };
         let range = |factor: f64, exponent: f64| -> Vec<Passed> {
             let shot = |n: u32| {

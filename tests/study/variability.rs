@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use ripstop::case::{self, Case};
-use ripstop::num::link::Link;
+use ripstop::num::normal;
 use ripstop::num::random::{DrawKey, Weibull, philox, uniform};
 use ripstop::run::outcome::Outcome;
 use ripstop::study::batch::{ShotOrder, order_case};
@@ -39,7 +39,7 @@ fn values_have_the_distributions_that_the_case_names() {
         let of = |shot: &Case| shot.drawn.iter().find(|drawn| drawn.column == name).unwrap().value;
         shots.iter().map(of).collect()
     };
-    let normal = |mean: f64, sd: f64| move |x: f64| Link::Probit.probability((x - mean) / sd);
+    let normal = |mean: f64, sd: f64| move |x: f64| normal::probability((x - mean) / sd);
     let even = |low: f64, high: f64| move |x: f64| (x - low) / (high - low);
     let velocity = nominal.projectile.as_ref().unwrap().velocity;
     follows(
@@ -53,7 +53,7 @@ fn values_have_the_distributions_that_the_case_names() {
     }
     follows("yaw", column("yaw_deg"), even(-1.0, 1.0));
     // Folded at zero: the angle is |N|.
-    follows("obliquity", column("obliquity_deg"), |x| 2.0 * Link::Probit.probability(x / 2.0) - 1.0);
+    follows("obliquity", column("obliquity_deg"), |x| 2.0 * normal::probability(x / 2.0) - 1.0);
     follows("modulus", column("warp_modulus_gpa"), normal(96.0, 0.04 * 96.0));
     let crimp = nominal.fabric.weft.crimp;
     follows("crimp", column("weft_crimp"), normal(crimp, 0.1 * crimp));
