@@ -40,11 +40,6 @@ fn store(field: u32, element: u32, value: vec3<f32>) {
     for (var a = 0u; a < 3u; a++) { forces[(field + a) * e + element] = value[a]; }
 }
 
-fn stored(field: u32, element: u32) -> vec3<f32> {
-    let e = scene.elements;
-    return vec3<f32>(forces[field * e + element], forces[(field + 1u) * e + element], forces[(field + 2u) * e + element]);
-}
-
 fn keep_heights(element: u32, height: vec2<f32>, predictor: Predictor) {
     let e = scene.elements;
     heights[element] = predictor.dh_dstretch.x;
@@ -161,15 +156,20 @@ fn keep_forces(element: u32, motion: Motion, acting: Forces) {
     let m = acting.membrane;
     let v = motion.v;
     // Work done on the element between the last positions and these (trapezoid), and the new forces.
-    var power = dot(stored(0u, element) + m.warp, v.x) + dot(stored(3u, element) + m.weft, v.y);
+    var power = dot(element_forces(0u, element) + m.warp, v.x) + dot(element_forces(3u, element) + m.weft, v.y);
     store(0u, element, m.warp);
     store(3u, element, m.weft);
     if (HOURGLASS) {
         let force = acting.hourglass * motion.k.mode + acting.on_mode;
-        power += dot(stored(6u, element) + force, v.mode);
+        power += dot(element_forces(6u, element) + force, v.mode);
         store(6u, element, force);
     }
     accumulators[element] += 0.5 * step.span * power;
+}
+
+/// Energy that the law has made of what the cells store, where both yarns are there.
+fn keep_law(element: u32, motion: Motion, both: bool, cells: f32) {
+    if (LAW_ENERGY && both) { accumulators[8u * scene.elements + element] = law_share(motion.k.stretch) * cells; }
 }
 
 /// Books what the yarns release that fail in this step.
@@ -197,11 +197,8 @@ fn release(element: u32, motion: Motion, cell: Equilibrium, yarns_left: YarnsLef
         let lost = hourglass_where(both, size) - acting.hourglass;
         accumulators[2u * e + element] += 0.5 * lost * dot(mode, mode - step.span * v.mode);
     }
-    if (LAW_ENERGY && both) {
-        // What it has made by now stays.
-        let cells = stored_energy(size, select(zero, cell.tension, was_alive), cell.strain, cell.force, 0.0);
-        accumulators[8u * e + element] = law_share(motion.k.stretch) * cells;
-    }
+    // What the law has made by now stays.
+    keep_law(element, motion, both, stored_energy(size, select(zero, cell.tension, was_alive), cell.strain, cell.force, 0.0));
     if (yarns_left.failed.x) { record_failure(element, 0u, cell.strain.x); }
     if (yarns_left.failed.y) { record_failure(element, 1u, cell.strain.y); }
     if (!any(yarns_left.alive)) { atomicAdd(&status[counter(ERODED)], 1u); }
@@ -221,10 +218,7 @@ fn keep_state(element: u32, at: vec4<u32>, motion: Motion, cell: Equilibrium, ya
     let left = shear_where(both_left, acting.trellis);
     accumulators[3u * e + element] = stored_energy(size, tension, strain, select(0.0, cell.force, both_left), left.energy);
     accumulators[4u * e + element] = select(0.0, 0.5 * acting.hourglass * dot(mode, mode), HOURGLASS);
-    if (LAW_ENERGY && both_left) {
-        let cells = stored_energy(size, tension, strain, select(0.0, cell.force, both_left), 0.0);
-        accumulators[8u * e + element] = law_share(motion.k.stretch) * cells;
-    }
+    keep_law(element, motion, both_left, stored_energy(size, tension, strain, select(0.0, cell.force, both_left), 0.0));
     let n = 2u * scene.nodes;
     let z = abs(vec4<f32>(nodes[n + at.x], nodes[n + at.y], nodes[n + at.z], nodes[n + at.w]));
     accumulators[6u * e + element] = max(max(z.x, z.y), max(z.z, z.w));

@@ -145,16 +145,15 @@ fn finish(first: u32) {
 fn add_element(ply: u32, element: u32) {
     let e = scene.elements;
     let word = flags[element];
-    part[WORK] += accumulators[element];
-    accumulators[element] = 0.0;
+    // Work, released and released hourglass energy lie one after the other here and there.
+    for (var i = 0u; i < 3u; i++) {
+        part[WORK + i] += accumulators[i * e + element];
+        accumulators[i * e + element] = 0.0;
+    }
     if (VISCOUS) {
         part[VISCOUS_WORK] += accumulators[7u * e + element];
         accumulators[7u * e + element] = 0.0;
     }
-    part[RELEASED] += accumulators[e + element];
-    part[RELEASED_HOURGLASS] += accumulators[2u * e + element];
-    accumulators[e + element] = 0.0;
-    accumulators[2u * e + element] = 0.0;
     part[STORED] += accumulators[3u * e + element];
     part[HOURGLASS_NOW] += accumulators[4u * e + element];
     part[TENSION] = max(part[TENSION], accumulators[5u * e + element]);

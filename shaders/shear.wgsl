@@ -28,24 +28,17 @@ fn arc_sine(x: f32) -> f32 {
     return select(whole, -whole, x < 0.0);
 }
 
-/// Shear resultant q(γ) [N/m] at γ [rad].
-fn shear_resultant(gamma: f32) -> f32 {
-    let size = abs(gamma);
-    let into = min(max(size - scene.shear_gamma1, 0.0), scene.shear_ramp);
-    let past = max(size - scene.shear_gamma1 - scene.shear_ramp, 0.0);
-    let q = scene.shear_g1 * size + 0.5 * scene.shear_slope * squared(into) + scene.shear_rise * past;
-    return select(q, -q, gamma < 0.0);
-}
-
-/// Shear energy per reference area, ∫q dγ [J/m²].
-fn shear_energy(gamma: f32) -> f32 {
+/// Shear resultant q(γ) [N/m] at γ [rad], and shear energy per reference area, ∫q dγ [J/m²].
+fn shear_of(gamma: f32) -> vec2<f32> {
     let size = abs(gamma);
     let third = 1.0 / 3.0;
     let into = min(max(size - scene.shear_gamma1, 0.0), scene.shear_ramp);
     let past = max(size - scene.shear_gamma1 - scene.shear_ramp, 0.0);
+    let q = scene.shear_g1 * size + 0.5 * scene.shear_slope * squared(into) + scene.shear_rise * past;
     let base = 0.5 * scene.shear_g1 * squared(size);
     let ramp = 0.5 * third * scene.shear_slope * into * into * into;
-    return base + ramp + 0.5 * scene.shear_slope * squared(into) * past + 0.5 * scene.shear_rise * squared(past);
+    let energy = base + ramp + 0.5 * scene.shear_slope * squared(into) * past + 0.5 * scene.shear_rise * squared(past);
+    return vec2<f32>(select(q, -q, gamma < 0.0), energy);
 }
 
 /// Sine of the shear angle up to which (25) is followed; beyond it the energy goes on at a constant slope over the sine.
@@ -62,7 +55,7 @@ struct Trellis {
 /// Trellis shear at the sine of an angle.
 fn trellis_at(sine: f32) -> Trellis {
     let followed = min(max(sine, -STEEPEST), STEEPEST);
-    let angle = arc_sine(followed);
-    let slope = shear_resultant(angle) / sqrt(1.0 - squared(followed));
-    return Trellis(slope, shear_energy(angle) + abs(slope) * abs(sine - followed));
+    let shear = shear_of(arc_sine(followed));
+    let slope = shear.x / sqrt(1.0 - squared(followed));
+    return Trellis(slope, shear.y + abs(slope) * abs(sine - followed));
 }

@@ -119,17 +119,6 @@ fn errors_are_held_against_what_the_fabric_took_up_not_what_the_body_flies_with(
 }
 
 #[test]
-fn threads_do_not_change_a_bit() {
-    for precision in [Precision::F64, Precision::F32] {
-        let case = builtin(SMALL, &[]);
-        let (one, two) = (run_as(&case, precision, 1), run_as(&case, precision, 2));
-        assert!(!one.events.is_empty());
-        assert_eq!(one.events, two.events);
-        assert_eq!(one.history, two.history);
-    }
-}
-
-#[test]
 fn fabric_no_wave_has_reached_is_exactly_at_rest() {
     for fabric in [
         "/fabric/crossover/compression=rigid",

@@ -338,17 +338,3 @@ pub(super) fn check_sources(sources: &Value, base: &str, document: &Value) -> Re
     }
     Ok(())
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_nearest_key_is_the_one_meant() {
-        let keys = ["mass_g", "velocity_m_s", "standoff_mm", "yaw_deg", "growth_ratio"];
-        let meant = ["mass_gg", "velocity", "stand_off_mm", "yaw", "growth"].map(|word| nearest(word, keys));
-        assert_eq!(meant, keys.map(Some));
-        assert_eq!(nearest("veloctiy_m_s", keys), Some("velocity_m_s"));
-        assert_eq!(nearest("x", []), None);
-    }
-}

@@ -82,7 +82,7 @@ macro_rules! kernels {
 pub const KERNELS: [Kernel; 9] = kernels! {
     // Extensions, unit cells, shear, failure and forces of the elements.
     Elements "element_force"
-        ["element_geometry", "kinematics", "membrane", "failure", "crossover", "coupled_newton",
+        ["gather", "kinematics", "membrane", "failure", "crossover", "coupled_newton",
          "yarn_law", "arc_length", "shear", "active_region"]
         {Nodes Read, Forces Write, Heights Write, Flags Write, Accumulators Write, Status Write, Events Write,
          Yarns Write};
@@ -102,7 +102,7 @@ pub const KERNELS: [Kernel; 9] = kernels! {
         {Nodes Read, Over Read, Contacts Read, Shares Read, Impulses Write, Accumulators Write, Status Write};
     // Impulses of contact between plies, applied to the nodes.
     Plies "ply_move"
-        ["ply_view", "gather", "element_geometry", "supports", "active_region"]
+        ["ply_view", "gather", "kinematics", "supports", "active_region"]
         {Nodes Write, Forces Read, Shares Write, Impulses Write, Accumulators Write, Supports Write, Status Write,
          Yarns Read};
     // Places where the projectile may touch.

@@ -166,29 +166,6 @@ mod tests {
         assert!(table.at([-0.2, -0.2]) == 0.0 && table.at([9.0, 9.0]).abs() <= 1.0);
     }
 
-    #[test]
-    fn a_share_is_what_small_steps_on_the_way_miss() {
-        let cell = cell();
-        for stretch in [[0.02, 0.02], [0.04, 0.01], [0.015, 0.035], [0.05, -0.01]] {
-            let (mut warm, mut work) = (cell.yarn.map(|yarn| yarn.height), 0.0);
-            let steps = 2000;
-            let mut end = solve::<f64, Sinusoidal>(&cell, [0.0; 2], warm, true);
-            for step in 1..=steps {
-                let next = stretch.map(|s| s * f64::from(step) / f64::from(steps));
-                let there = solve::<f64, Sinusoidal>(&cell, next, warm, true);
-                for i in 0..2 {
-                    let mean = 0.5 * (there.in_plane[i] + end.in_plane[i]);
-                    work += mean * 2.0 * cell.yarn[i].half_span * stretch[i] / f64::from(steps);
-                }
-                (warm, end) = (there.height, there);
-            }
-            let stored = cell_energy(&cell, &end.tension, &end.strain, end.force);
-            let share = law_share(&cell, stretch);
-            assert!((share - (1.0 - work / stored)).abs() < 1e-3, "{stretch:?}: {share} {}", 1.0 - work / stored);
-        }
-        assert_eq!(law_share(&cell, [-0.01, 0.0]), 0.0);
-    }
-
     fn cell_of(set: &str) -> UnitCellParameters<f64> {
         UnitCellParameters::new(&case::shipped(&[set]).fabric)
     }

@@ -354,44 +354,6 @@ mod tests {
     }
 
     #[test]
-    fn a_free_pack_stops_what_it_covers_at_their_common_velocity() {
-        // Three parts of fabric to one of projectile, at rest and on its way: a quarter of 100 m/s, and 3/4 of 20 m/s more.
-        for (momentum, common) in [(0.0, 25.0), (3e-3 * 20.0, 40.0)] {
-            let new = || Tracker::new(&body([0.0, 0.0, 100.0]), 1e-3, 1e3, Some([3e-3, momentum]));
-            let crossing = |covered: bool| {
-                let mut tracker = new();
-                tracker.update(10e-6, &body([0.0, 0.0, common + 6.0]), 0.0, true, || covered);
-                tracker.update(14e-6, &body([0.0, 0.0, common - 2.0]), 1.0, true, || covered);
-                tracker
-            };
-            let mut tracker = crossing(true);
-            assert_eq!((tracker.outcome, tracker.carried), (Outcome::Stopped, true));
-            assert!(tracker.stop_time.is_some_and(|time| (time - 13e-6).abs() < 1e-15), "{tracker:?}");
-            assert_eq!(tracker.carried_velocity(), Some(common - 2.0));
-            // It goes on, and is free when nothing has touched it for 20 µs.
-            tracker.update(20e-6, &body([0.0, 0.0, common - 3.0]), 1e-9, true, || true);
-            tracker.update(34.1e-6, &body([0.0, 0.0, common - 3.0]), 0.0, true, || true);
-            assert!(!tracker.separated, "touched a moment ago");
-            tracker.update(40.1e-6, &body([0.0, 0.0, common - 3.0]), 0.0, true, || true);
-            assert!(tracker.separated && tracker.carried_velocity() == Some(common - 3.0));
-            assert_eq!((tracker.outcome, tracker.rebound_velocity), (Outcome::Stopped, None));
-            // One that flies back from it has bounced off it.
-            let mut tracker = crossing(true);
-            tracker.update(34.1e-6, &body([0.0, 0.0, -3.0]), 0.0, true, || true);
-            assert_eq!((tracker.outcome, tracker.rebound_velocity), (Outcome::Rebounded, Some(3.0)));
-            assert_eq!(tracker.carried_velocity(), None);
-            // What nothing covers goes on, however slow.
-            let tracker = crossing(false);
-            assert_eq!((tracker.outcome, tracker.carried, tracker.stop_time), (Outcome::Running, false, None));
-        }
-        // A pack that flies against the projectile as hard brings it to rest.
-        let mut tracker = Tracker::new(&body([0.0, 0.0, 100.0]), 1e-3, 1e3, Some([3e-3, -0.2]));
-        tracker.update(10e-6, &body([0.0, 0.0, 6.0]), 0.0, true, || true);
-        tracker.update(14e-6, &body([0.0, 0.0, -2.0]), 1.0, true, || true);
-        assert_eq!((tracker.outcome, tracker.carried), (Outcome::Stopped, false));
-    }
-
-    #[test]
     fn what_is_in_doubt_is_decided_by_what_holds() {
         let flying = body([0.0, 0.0, 50.0]);
         for (slowest, outcome, carried) in [

@@ -256,14 +256,6 @@ mod tests {
     }
 
     #[test]
-    fn a_yarn_whose_elements_are_as_long_as_the_failure_length_is_judged_by_them() {
-        // Elements along weft are shorter.
-        let peak = |row, column| if (row, column) == (4, 4) { 1.001 } else { 0.1 };
-        let sets = ["/solver/failure_length_mm=1.2", "/fabric/weft/count_per_inch=30"];
-        assert_eq!(judged(peak, &sets).0, [[4, 4]]);
-    }
-
-    #[test]
     fn an_element_breaks_at_its_own_strength() {
         let one = |factor: f64| {
             move |model: &Model<f64>| {

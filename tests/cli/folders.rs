@@ -223,19 +223,11 @@ fn what_is_not_the_checkpoint_of_this_run_is_2_and_says_why() {
     kill(started(&bench, &[]));
     let path = bench.path(CHECKPOINT);
     let whole = fs::read(&path).unwrap();
-    let flipped = |at: usize| {
-        let mut bytes = whole.clone();
-        bytes[at] ^= 1;
-        bytes
-    };
     let shot = bench.text("out/shot/case.json");
     let changed = shot.replacen("\"velocity_m_s\": 600", "\"velocity_m_s\": 601", 1);
     assert_ne!(changed, shot);
-    let cases: [(&[u8], &str, [&str; 2]); 7] = [
+    let cases: [(&[u8], &str, [&str; 2]); 4] = [
         (b"something else", &shot, ["expected: a checkpoint of ripstop", "another kind of file"]),
-        (b"", &shot, ["expected: a checkpoint of ripstop", "another kind of file"]),
-        (&flipped(8), &shot, ["expected: a checkpoint of format ", "found: format "]),
-        (&flipped(whole.len() / 2), &shot, ["whose checksum holds", "damaged or cut short"]),
         (&whole[..whole.len() - 20], &shot, ["whose checksum holds", "damaged or cut short"]),
         (&whole, &changed, ["the case that the run began with", "help: undo the change"]),
         (&whole, "{", ["out/shot/case.json", "line 1, column"]),
