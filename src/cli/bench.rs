@@ -22,8 +22,6 @@ use super::terminal::{self, Align, TextTable};
 
 /// Name of the file that `bench` writes.
 const FILE: &str = "bench.json";
-/// The case that is built in: name and text.
-const PAPER: (&str, &str) = ("s720-1ply-155", include_str!("../../cases/s720-1ply-155.json"));
 /// Changes of every case: parts that take time or are checked but say nothing here, and would refuse a shorter run.
 const LEFT_OUT: [&str; 2] = ["/expect=[]", "/output/profile_times_us=[]"];
 
@@ -50,8 +48,8 @@ const CASES: [(&str, &str); 27] = cases! {
 The error is that of the velocity history against a reference (CPU, f64, Courant 0.25, one crossover per element), over the velocity that \
 the projectile loses. DIR gets bench.json.")]
 pub(crate) struct BenchArguments {
-    /// Case files [default: the paper's shot, cases/s720-1ply-155.json, built in]
-    #[arg(value_name = "CASE.json")]
+    /// Case files
+    #[arg(value_name = "CASE.json", required = true)]
     cases: Vec<PathBuf>,
     /// Change of every case, checked like the file; may be given again
     #[arg(long = "set", value_name = "/POINTER=VALUE")]
@@ -85,27 +83,21 @@ pub(crate) struct VerifyArguments {
 pub(crate) fn bench(arguments: &BenchArguments) -> Result<(), CommandFailure> {
     let start = Instant::now();
     let interrupted = terminal::watch_interrupts()?;
-    let paths: Vec<Option<&Path>> = match &arguments.cases[..] {
-        [] => vec![None],
-        cases => cases.iter().map(|path| Some(path.as_path())).collect(),
-    };
-    let read = |path: Option<&Path>, changes: &[String]| {
-        let sets: Vec<String> =
-            LEFT_OUT.map(str::to_owned).into_iter().chain([&arguments.sets, changes].concat()).collect();
-        path.map_or_else(|| case::from_str(PAPER.0, PAPER.1, &sets), |path| case::read(path, &sets))
+    let paths: Vec<&Path> = arguments.cases.iter().map(PathBuf::as_path).collect();
+    let read = |path: &Path, changes: &[String]| {
+        case::read(path, &[&LEFT_OUT.map(str::to_owned), &arguments.sets[..], changes].concat())
     };
     for path in &paths {
-        read(*path, &[])?;
+        read(path, &[])?;
     }
     let chosen = backend::choose(&arguments.backend, BackendChoice::Auto, None, &arguments.print)?;
-    let folder = Folder::prepare_for(&arguments.out, &[FILE], &paths.iter().flatten().copied().collect::<Vec<_>>())?;
+    let folder = Folder::prepare_for(&arguments.out, &[FILE], &paths)?;
     let options = chosen.options(arguments.backend.threads);
     let mut measured: Vec<Value> = Vec::new();
     terminal::begin_bar(&arguments.print);
     for path in paths {
         let one = bench::measure(&|changes| read(path, changes), options, &interrupted, &mut terminal::show_run);
-        let name = || path.map_or(PAPER.0.to_owned(), |path| path.display().to_string());
-        measured.push(one.map_err(|error| CommandFailure::start(&name(), &error))?);
+        measured.push(one.map_err(|error| CommandFailure::start(&path.display().to_string(), &error))?);
         if interrupted.load(Ordering::Relaxed) {
             break;
         }

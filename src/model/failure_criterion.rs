@@ -231,14 +231,6 @@ mod tests {
     use super::*;
     use crate::case;
     use crate::model::Model;
-    use crate::model::ply_type::PlyType;
-
-    /// The ply type of a case with changes, all of it or what mirror planes leave of it.
-    fn ply_type(part: bool, sets: &[&str]) -> PlyType<f64> {
-        let case = case::shipped(&[&["/expect=[]"], sets].concat());
-        let model = if part { Model::<f64>::part(&case) } else { Model::<f64>::new(&case) };
-        model.unwrap_or_else(|error| unreachable!("{error}")).ply_types.swap_remove(0)
-    }
 
     #[test]
     fn what_breaks_together_lies_within_half_the_failure_length() {
@@ -247,7 +239,9 @@ mod tests {
             "/pack/mesh_grading={\"fine_radius_mm\": 3}",
             "/solver/failure_length_mm=2",
         ];
-        let ply_type = ply_type(false, &mesh);
+        let case = case::shipped(&[&["/expect=[]"], &mesh[..]].concat());
+        let model = Model::<f64>::new(&case).unwrap_or_else(|error| unreachable!("{error}"));
+        let ply_type = model.ply_type(0);
         let windows = &ply_type.windows;
         for axis in 0..2 {
             let places = |at: usize| {
@@ -265,29 +259,6 @@ mod tests {
             }
             // In coarse elements only the one in the middle does.
             assert!(several > 10 && breaking.iter().any(|together| together.len() == 1), "{several}");
-        }
-    }
-
-    #[test]
-    fn a_part_of_a_ply_has_the_yarns_of_the_whole() {
-        for sets in [
-            &[][..],
-            &["/pack/elements_per_crossover=3"],
-            &["/pack/mesh_grading=none", "/pack/elements_per_crossover=2"],
-        ] {
-            let [whole, part] = [false, true].map(|part| ply_type(part, sets).windows);
-            for axis in 0..2 {
-                let middle = part[axis].across.len();
-                assert_eq!(whole[axis].across.len(), 2 * middle);
-                // Past the mirror plane lie the images of those on this side of it.
-                for (half, all) in part[axis].breaking.iter().zip(&whole[axis].breaking[middle..]) {
-                    let behind = all.start.max(middle) - middle..all.end - middle;
-                    assert_eq!(*half, behind, "{sets:?}");
-                }
-                for (half, all) in part[axis].across.iter().zip(&whole[axis].across[middle..]) {
-                    assert_eq!((half.first + middle, half.length.len()), (all.first, all.length.len()), "{sets:?}");
-                }
-            }
         }
     }
 

@@ -221,18 +221,6 @@ mod tests {
         Ok(())
     }
 
-    #[test]
-    fn a_mesh_must_divide_the_crossovers() -> Result<(), CaseError> {
-        let size =
-            ["/expect=[]", "/pack/width_mm=17.8", "/pack/height_mm=20.3", "/solver/numerics=paper"].map(str::to_owned);
-        let mesh = |mesh: u32| paper(&[&size[..], &[format!("/pack/crossovers_per_element={mesh}")]].concat());
-        let base = mesh(1)?;
-        assert_eq!((base.pack.mesh.count[0], base.pack.mesh.count[1]), (14, 16));
-        assert_eq!(covers_the_same(&base, &mesh(2)?), Ok(()));
-        assert!(covers_the_same(&base, &mesh(4)?).is_err_and(|why| why.ends_with("do not divide by 4")));
-        Ok(())
-    }
-
     /// A history from 0 to `end` [µs] in steps of `step` [µs] with this velocity [m/s].
     fn history(step: f64, end: f64, velocity: impl Fn(f64) -> f64) -> Vec<Sample> {
         let rows = 0..=(end / step).round() as usize;

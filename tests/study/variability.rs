@@ -122,20 +122,6 @@ fn a_yarn_as_woven_is_one_that_breaks_at_a_part_of_its_strain() {
     assert!(!woven.events.is_empty() && woven.events == weaker.events && woven.history == weaker.history);
 }
 
-#[test]
-fn what_cannot_vary_is_refused_at_its_place() {
-    for (set, place) in [
-        ("/variability/velocity={}", "/variability/velocity/scatter_m_s"),
-        (r#"/variability/yaw={"scatter_deg": -1}"#, "/variability/yaw/scatter_deg"),
-        (r#"/variability/yarn_strength={"shape": 9}"#, "/variability/yarn_strength/gauge_length_mm"),
-        ("/variability/hit=cell", "/variability/hit"),
-        ("/variability/sed=3", "/variability/sed"),
-    ] {
-        let error = case::from_str("t", super::campaign::SMALL, &[set.to_owned()]).unwrap_err().to_string();
-        assert!(error.contains(place), "{set}: {error}");
-    }
-}
-
 /// `kat_vectors` of Random123.
 #[test]
 fn the_generator_is_the_published_one() {
