@@ -188,16 +188,21 @@ impl<R: Real> Surface<R> {
     /// Coordinates within the cell, were it flat, of what lies `arm` [m] from its centre.
     #[inline(always)]
     fn at(&self, arm: &PackVector<R>) -> [R; 2] {
-        let Self { along, across, square, .. } = self;
-        let [aa, ac, cc] = [dot(along, along), dot(along, across), dot(across, across)];
-        let [p, q] = [dot(arm, along), dot(arm, across)];
-        [(cc * p - ac * q) / *square, (aa * q - ac * p) / *square]
+        self.scaled_at(arm).map(|scaled| scaled / self.square)
     }
 
-    /// Arm from the centre, as seen by a flat cell. The twist of the cell is small: one correction.
+    /// [`Self::at`] times the square of the normal.
     #[inline(always)]
-    fn untwisted(&self, arm: &PackVector<R>, [x, y]: [R; 2]) -> PackVector<R> {
-        let by = x * y;
+    fn scaled_at(&self, arm: &PackVector<R>) -> [R; 2] {
+        let Self { along, across, .. } = self;
+        let [aa, ac, cc] = [dot(along, along), dot(along, across), dot(across, across)];
+        let [p, q] = [dot(arm, along), dot(arm, across)];
+        [cc * p - ac * q, aa * q - ac * p]
+    }
+
+    /// Arm from the centre, as seen by a flat cell. The twist of the cell is small: one correction. `by`: product of the coordinates.
+    #[inline(always)]
+    fn untwisted(&self, arm: &PackVector<R>, by: R) -> PackVector<R> {
         each!(i in 3 => arm[i] - self.twist[i] * by)
     }
 
@@ -210,7 +215,8 @@ impl<R: Real> Surface<R> {
     #[inline(always)]
     fn foot_anywhere(&self, point: &PackVector<R>, area: R) -> ClosestPoints<R> {
         let arm = each!(i in 3 => point[i] - self.centre[i]);
-        let arm = self.untwisted(&arm, self.at(&arm));
+        let [x, y] = self.at(&arm);
+        let arm = self.untwisted(&arm, x * y);
         let size = self.square.sqrt();
         let normal = each!(i in 3 => self.normal[i] / size);
         ClosestPoints { at: self.at(&arm), normal, height: dot(&arm, &normal), sound: self.is_sound(area) }
@@ -225,8 +231,8 @@ impl<R: Real> Surface<R> {
         let size = dot(&across, &across).sqrt();
         let normal = each!(i in 3 => across[i] / size);
         let arm = each!(i in 3 => point[i] - self.centre[i]);
-        let (at, _) = self.at_along(&arm, &normal, planes);
-        let (at, height) = self.at_along(&self.untwisted(&arm, at), &normal, planes);
+        let ([x, y], _) = self.at_along(&arm, &normal, planes);
+        let (at, height) = self.at_along(&self.untwisted(&arm, x * y), &normal, planes);
         let sound = self.is_sound(area) & (area.splat_like(MIN_AREA_RATIO) * area).le(size);
         ClosestPoints { at, normal, height, sound }
     }
@@ -276,8 +282,12 @@ pub fn closest_point(
     sound.then(|| ClosestPoint { at, normal: normal.into(), height })
 }
 
-/// Whether points, all of them on these planes, stand over their cells, and there no deeper than `slop` [m] in touch: for many at
-/// once, and as [`closest_point`] and [`is_over`] see each of them. `sign`, `touching` as in [`is_apart`].
+/// Part of the room at an edge, and of the depth still clear, that points which certainly stand clear may use [-]: far from one by more
+/// than rounding, and near enough to let few others through.
+const CERTAINLY_CLEAR: f64 = 0.999;
+
+/// Whether points, all of them on these planes, certainly stand over their cells, and there no deeper than `slop` [m] in touch, as
+/// [`closest_point`] and [`is_over`] see each of them: for many at once. `sign`, `touching` as in [`is_apart`].
 #[inline(always)]
 pub(crate) fn stands_clear<R: Real>(
     corner: &[PackVector<R>; 4],
@@ -286,10 +296,23 @@ pub(crate) fn stands_clear<R: Real>(
     area: R,
     planes: Planes,
 ) -> R::Mask {
-    let ClosestPoints { at: [x, y], height, sound, .. } = Surface::new(corner).foot(point, area, planes);
-    let room = x.splat_like(0.5 + EDGE);
-    let clear = x.splat_like(-slop).le(x.splat_like(sign) * height - x.splat_like(touching));
-    sound & (-room).le(x) & x.le(room) & (-room).le(y) & y.le(room) & clear
+    let cell = Surface::new(corner);
+    let (sign, least) = (area.splat_like(sign), area.splat_like(touching - CERTAINLY_CLEAR * slop));
+    if planes == NO_PLANES {
+        // Everything over the square of the normal, but for the place in the first guess: divisions are dear.
+        let room = area.splat_like(0.5 + CERTAINLY_CLEAR * EDGE) * cell.square;
+        let arm = each!(i in 3 => point[i] - cell.centre[i]);
+        let [x, y] = cell.scaled_at(&arm);
+        let part = area.splat_like(1.0) / cell.square;
+        let arm = cell.untwisted(&arm, (x * part) * (y * part));
+        let [x, y] = cell.scaled_at(&arm);
+        let height = sign * dot(&arm, &cell.normal);
+        let over = (-room).le(x) & x.le(room) & (-room).le(y) & y.le(room);
+        return cell.is_sound(area) & over & (least * cell.square.sqrt()).le(height);
+    }
+    let ClosestPoints { at: [x, y], height, sound, .. } = cell.foot_on(planes, point, area);
+    let room = x.splat_like(0.5 + CERTAINLY_CLEAR * EDGE);
+    sound & (-room).le(x) & x.le(room) & (-room).le(y) & y.le(room) & least.le(sign * height)
 }
 
 /// Weights of the corners at a place in a cell; they add up to 1.
