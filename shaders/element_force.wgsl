@@ -97,12 +97,16 @@ fn keep_strains(element: u32, strain: vec2<f32>) {
 fn judge(element: u32, stretch: vec2<f32>, cell: Equilibrium, was_alive: vec2<bool>) -> YarnsLeft {
     let zero = vec2<f32>(0.0);
     let limit = failure_strain(element);
+    // Almost always nothing has to be looked at.
+    let near = step.index <= atomicLoad(&status[counter(AT_LIMIT)]);
     let failed = vec2<bool>(
-        was_alive.x && (limit.x <= piece_of(element, 0u, limit.x).x || breaks_with_another(element, 0u)),
-        was_alive.y && (limit.y <= piece_of(element, 1u, limit.y).x || breaks_with_another(element, 1u)));
-    keep_strains(element, select(vec2<f32>(BROKEN), max(cell.strain, zero), was_alive & !failed));
+        near && was_alive.x && (limit.x <= piece_of(element, 0u, limit.x).x || breaks_with_another(element, 0u)),
+        near && was_alive.y && (limit.y <= piece_of(element, 1u, limit.y).x || breaks_with_another(element, 1u)));
+    let alive = was_alive & !failed;
+    keep_strains(element, select(vec2<f32>(BROKEN), max(cell.strain, zero), alive));
+    if (any(alive & (limit <= cell.strain))) { atomicMax(&status[counter(AT_LIMIT)], step.index + 1u); }
     let straight = vec2<f32>(straight_strain(yarn(0u), stretch.x), straight_strain(yarn(1u), stretch.y));
-    return YarnsLeft(was_alive, failed, was_alive & !failed, max(straight, zero), tensions(straight));
+    return YarnsLeft(was_alive, failed, alive, max(straight, zero), tensions(straight));
 }
 
 /// Forces on it.

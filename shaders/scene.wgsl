@@ -43,6 +43,10 @@ override PLY_FRICTION: bool = true;
 /// Whether elements of a ply differ in size.
 override GRADED: bool = true;
 
+/// Invocations of the workgroup of contact with the projectile: more where more may touch. A card waits for memory most of the time, for
+/// all of them together; where few have work, every barrier waits for the others.
+override WIDTH: u32 = 256u;
+
 /// Invocations per workgroup of the kernels over elements and nodes.
 const GROUP: u32 = 64u;
 
@@ -192,10 +196,12 @@ const COMPUTED: u32 = 8u;
 const PLY_DEPTH: u32 = 10u;
 /// Set when more points of the rim meet a ply than there is room for.
 const OVERFLOW_EDGES: u32 = 11u;
+/// The step after the last one in which an element reached its failure strain.
+const AT_LIMIT: u32 = 12u;
 /// Nodes that may have moved: first and one past the last row, then column, of each ply.
-const REACH: u32 = 12u;
+const REACH: u32 = 13u;
 /// Words before that.
-const STATUS_WORDS: u32 = 12u;
+const STATUS_WORDS: u32 = 13u;
 
 @group(0) @binding(0) var<uniform> scene: Scene;
 @group(0) @binding(1) var<uniform> step: Step;

@@ -88,8 +88,13 @@ fn entry_points_have_the_names_and_sizes_the_host_dispatches() {
     for (name, module) in modules() {
         let [entry] = &module.entry_points[..] else { panic!("{name}: one entry point is expected") };
         assert_eq!(entry.name, name);
-        let size = if name.starts_with("projectile_") { layout::CONTACT_GROUP } else { layout::GROUP };
-        assert_eq!(entry.workgroup_size, [size, 1, 1], "{name}");
+        if name.starts_with("projectile_") {
+            let width = entry.workgroup_size_overrides.unwrap()[0].unwrap();
+            let naga::Expression::Override(width) = module.global_expressions[width] else { panic!("{name}") };
+            assert_eq!(module.overrides[width].name.as_deref(), Some("WIDTH"), "{name}");
+        } else {
+            assert_eq!(entry.workgroup_size, [layout::GROUP, 1, 1], "{name}");
+        }
     }
 }
 

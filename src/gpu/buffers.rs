@@ -2,9 +2,9 @@
 
 use super::DeviceError;
 use super::layout::{
-    ACCUMULATOR_FIELDS, BODY_WORDS, CONTACT_WORDS, EVENT_WORDS, FORCE_FIELDS, HEIGHT_FIELDS, IMPULSE_FIELDS,
-    NODE_FIELDS, PLY_ACCUMULATOR_FIELDS, POINT_WORDS, REACH_WORDS, SHOTS, STATUS_WORDS, STRAIN_FIELDS, STRENGTH_FIELDS,
-    SUMS, TOUCH_WORDS, VISCOUS_FIELDS,
+    ACCUMULATOR_FIELDS, BODY_WORDS, CONTACT_GROUPS, CONTACT_WORDS, EVENT_WORDS, FORCE_FIELDS, HEIGHT_FIELDS,
+    IMPULSE_FIELDS, NODE_FIELDS, PLY_ACCUMULATOR_FIELDS, POINT_WORDS, REACH_WORDS, SHOTS, STATUS_WORDS, STRAIN_FIELDS,
+    STRENGTH_FIELDS, SUMS, TOUCH_WORDS, VISCOUS_FIELDS,
 };
 use crate::model::Model;
 
@@ -22,7 +22,7 @@ const CONSTRAINTS: [f64; 2] = [4.0, 64.0];
 /// Nodes and points of the projectile's edge that may push together, per point: it and the two ends of its side of an element.
 const MEMBERS: u64 = 3;
 /// Elements that a workgroup of the energy balance adds up before another one helps.
-const BALANCE_ELEMENTS: usize = 1024;
+const BALANCE_ELEMENTS: usize = 256;
 /// Workgroups of the energy balance at most.
 const BALANCE_GROUPS: usize = 256;
 
@@ -114,6 +114,8 @@ pub struct Sizes {
     pub constraints: u64,
     /// Workgroups of the energy balance, as many for each ply.
     pub groups: u64,
+    /// Invocations of the workgroup of contact with the projectile: about as many as nodes may touch it.
+    pub contact_group: u32,
 }
 
 impl Sizes {
@@ -124,15 +126,19 @@ impl Sizes {
         let per_ply = grid.rows * grid.columns;
         let most = (BALANCE_GROUPS / grid.plies).max(1);
         let elements = (grid.plies * per_ply) as u64;
+        let radius = model.projectile.as_ref().map_or(0.0, |projectile| projectile.body.radius);
+        let shortest = model.ply_types.iter().map(|ply_type| ply_type.mesh.shortest()).fold(f64::INFINITY, f64::min);
+        let touching = (2.0 * radius / shortest).powi(2) * grid.plies as f64 / model.mirror.copies() as f64;
         Self {
             shots: 1,
+            contact_group: (touching as u32).next_power_of_two().clamp(CONTACT_GROUPS[0], CONTACT_GROUPS[1]),
             plies: grid.plies as u64,
             elements,
             yarn_fields: VISCOUS_FIELDS + STRAIN_FIELDS + if model.strength.is_some() { STRENGTH_FIELDS } else { 0 },
             nodes,
             edge_nodes: (grid.plies * 2 * (grid.columns + grid.rows + 2)) as u64,
             points: if model.projectile.is_some() { nodes.min(POINTS) } else { 0 },
-            constraints: if model.edges { constraints(model) } else { 0 },
+            constraints: if model.edges { constraints(model, radius / shortest) } else { 0 },
             groups: (grid.plies * per_ply.div_ceil(BALANCE_ELEMENTS).clamp(1, most)) as u64,
         }
     }
@@ -241,11 +247,10 @@ fn largest_binding(limits: &wgpu::Limits) -> u64 {
     limits.max_storage_buffer_binding_size.min(limits.max_buffer_size).min(words)
 }
 
-/// Room for points of the projectile's edge on a ply: no more than every side of an element meets it twice.
-fn constraints(model: &Model<f32>) -> u64 {
-    let radius = model.projectile.as_ref().map_or(0.0, |projectile| projectile.body.radius);
-    let shortest = model.ply_types.iter().map(|ply_type| ply_type.mesh.shortest()).fold(f64::INFINITY, f64::min);
+/// Room for points of the projectile's edge on a ply: no more than every side of an element meets it twice. `elements`: the shortest
+/// along its radius.
+fn constraints(model: &Model<f32>, elements: f64) -> u64 {
     // As many lines of each direction as the face is wide, and twice each.
-    let flat = 8.0 * radius / shortest;
+    let flat = 8.0 * elements;
     ((CONSTRAINTS[0] * flat + CONSTRAINTS[1]).ceil() as u64).min(4 * model.nodes_per_ply() as u64)
 }

@@ -145,8 +145,9 @@ const WITHIN: f64 = 1e-3;
 /// Counts that make a whole share of a node's mass. The processor shares masses out in real numbers.
 const SHARE_UNIT: u32 = 1 << 20;
 
-/// Values of the pipeline-overridable constants, by name. `sampled`: the step fills in the energies of the state.
-pub fn constants(features: &Features, sampled: bool) -> [(&'static str, f64); 20] {
+/// Values of the pipeline-overridable constants, by name. `sampled`: the step fills in the energies of the state; `width`: see
+/// [`Sizes::contact_group`](super::buffers::Sizes::contact_group).
+pub fn constants(features: &Features, sampled: bool, width: u32) -> [(&'static str, f64); 21] {
     let flag = |yes: bool| f64::from(u8::from(yes));
     [
         ("ROUNDOFF_TOLERANCE", NOISE),
@@ -169,5 +170,6 @@ pub fn constants(features: &Features, sampled: bool) -> [(&'static str, f64); 20
         ("PLIES", flag(features.plies)),
         ("PLY_FRICTION", flag(features.ply_friction)),
         ("GRADED", flag(features.graded)),
+        ("WIDTH", f64::from(width)),
     ]
 }

@@ -104,7 +104,7 @@ impl<'a> DeviceStepper<'a> {
                 source: wgpu::ShaderSource::Wgsl(source(kernel).into()),
             });
             let mut add = |ply_type: usize, features: &Features, sampled: Option<bool>, workgroups: [u32; 2]| {
-                let constants = shader::constants(features, sampled == Some(true));
+                let constants = shader::constants(features, sampled == Some(true), sizes.contact_group);
                 let program = Pipeline::new(gpu, kernel, &module, &common.layout, &buffers, &constants);
                 step.push(Dispatch { stage: kernel.stage, ply_type, sampled, workgroups, program });
             };

@@ -70,7 +70,7 @@ fn expected() -> BTreeMap<&'static str, Vec<f64>> {
     use layout::{status, sum};
     let shared = constants! {
         layout: GROUP, BODY_WORDS, STATUS_WORDS, SUMS, NONE, FIXED_POINT_SCALE, LINES_ACROSS, LINE_TEXELS;
-        status: BAD_STEP, EVENTS, FAILED, ERODED, UNCONVERGED, RESIDUAL, OVERFLOW, OVERFLOW_EDGES, COMPUTED, PLY_DEPTH, REACH;
+        status: BAD_STEP, EVENTS, FAILED, ERODED, UNCONVERGED, RESIDUAL, OVERFLOW, OVERFLOW_EDGES, COMPUTED, PLY_DEPTH, AT_LIMIT, REACH;
         sum: WORK, RELEASED, RELEASED_HOURGLASS, STORED, HOURGLASS_NOW, TENSION, DEFLECTION, EVALUATIONS, SOLVED, KINETIC,
             KINETIC_NOW, FASTEST, MOMENTUM, SUPPORT, COVERED, PLY_LOSS, PLY_SEPARATION_WORK, LOAD;
         ply_contact: WALK, POSITION_CORRECTION, RECOVERY_TIME, DEEP_RECOVERY, DEEP, RECOVERY_SPEED, DEEP_SPEED, NEAR_MIDDLE,
@@ -89,7 +89,6 @@ fn expected() -> BTreeMap<&'static str, Vec<f64>> {
         arc_length: SERIES;
     };
     let others = [
-        ("WIDTH", layout::CONTACT_GROUP.numbers()),
         ("LANES", layout::CONTACT_LANES.numbers()),
         ("NO_PLY", layout::NONE.numbers()),
         ("PLY_FRICTION_WORK", sum::PLY_RUBBED.numbers()),
@@ -143,7 +142,7 @@ fn states_of_a_contact_differ_and_a_fresh_one_is_away() {
 #[test]
 fn overridable_constants_are_those_the_host_sets() {
     let terms = Model::<f32>::new(&patch::case(1, 1)).unwrap().features();
-    let set: BTreeSet<_> = shader::constants(&terms, true).iter().map(|(name, _)| (*name).to_owned()).collect();
+    let set: BTreeSet<_> = shader::constants(&terms, true, 64).iter().map(|(name, _)| (*name).to_owned()).collect();
     for (kernel, module) in modules() {
         let found: BTreeSet<_> = module.overrides.iter().filter_map(|(_, o)| o.name.clone()).collect();
         assert_eq!(found, set, "{kernel}");

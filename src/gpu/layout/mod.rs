@@ -60,8 +60,8 @@ pub const LAYOUTS: [(&str, &[Field], usize); 7] = [
 
 /// Invocations per workgroup of the kernels over elements and nodes.
 pub const GROUP: u32 = 64;
-/// Invocations of the kernels of contact with the projectile, which are a single workgroup.
-pub const CONTACT_GROUP: u32 = 256;
+/// Least and most invocations of the kernels of contact with the projectile, which are a single workgroup: every device has as many.
+pub const CONTACT_GROUPS: [u32; 2] = [64, 256];
 /// Partial sums that lie side by side in the memory of that workgroup, which has no room for all of them.
 pub const CONTACT_LANES: u32 = 64;
 /// Number for none: no step with a number that is not finite, no place, no ply.
@@ -95,7 +95,7 @@ pub const TOUCH_WORDS: u64 = 32;
 /// Words of a failure event.
 pub const EVENT_WORDS: u64 = size_of::<Event>() as u64 / 4;
 /// Words of the counters.
-pub const STATUS_WORDS: usize = 12;
+pub const STATUS_WORDS: usize = 13;
 /// Words of the projectile.
 pub const BODY_WORDS: usize = size_of::<Body>() / 4;
 /// Sums of a workgroup of the energy balance.
@@ -123,8 +123,10 @@ pub mod status {
     pub const PLY_DEPTH: usize = 10;
     /// Points of the projectile's edge that met a ply when there was no room for them.
     pub const OVERFLOW_EDGES: usize = 11;
+    /// The step after the last one in which an element reached its failure strain: in later ones no piece has to be looked at.
+    pub const AT_LIMIT: usize = 12;
     /// Active regions of the plies begin here.
-    pub const REACH: usize = 12;
+    pub const REACH: usize = 13;
 }
 
 /// Sums of the energy balance.
