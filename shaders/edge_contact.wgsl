@@ -96,7 +96,8 @@ fn compliance(t: u32) -> f32 {
     return SHARED * dot(normal, inverse * normal);
 }
 
-/// Part of a touch that pushes in the equations: its row of K, and its direction. One that shares no node has a row to itself.
+/// Part of a touch that pushes in the equations: its row of K, its direction, and its excess velocity over the one allowed. One that
+/// shares no node has a row to itself.
 fn fill(t: u32) {
     let member = touches[touch_number(t)].member;
     let alone = member == NONE;
@@ -121,15 +122,10 @@ fn fill(t: u32) {
     touches[touch_number(t)].root = sqrt(diagonal);
     let g = direction_of(normal, arm.xyz);
     touches[touch_number(t)].moved = vec4<f32>(g[0], g[1], g[2], 0.0);
-    touches[touch_number(t)].turned = vec4<f32>(g[3], g[4], g[5], 0.0);
-}
-
-/// Excess velocity of a touch that pushes over the one allowed, which friction changes [m/s].
-fn ask(t: u32) {
-    let normal = touches[touch_number(t)].normal;
     let ends = touches[touch_number(t)].ends;
-    let free = mix(points[point_number(ends.x)].free.xyz, points[point_number(ends.y)].free.xyz, touches[touch_number(t)].weight);
-    touches[touch_number(t)].turned.w = dot(free, normal.xyz) - closing_limit(normal.w);
+    let free = mix(points[point_number(ends.x)].relative.xyz, points[point_number(ends.y)].relative.xyz, touches[touch_number(t)].weight);
+    let excess = dot(free, normal) - closing_limit(touches[touch_number(t)].normal.w);
+    touches[touch_number(t)].turned = vec4<f32>(g[3], g[4], g[5], excess);
 }
 
 /// Whether a member is the first of its block. An invocation solves a block: most are short.
@@ -142,9 +138,8 @@ fn end_of(begin: u32, count: u32) -> u32 {
     return end;
 }
 
-/// L of a block in the place of its K, row by row, and its substitution; of the `same` members the latter for what is
-/// asked of them alone.
-fn eliminate(begin: u32, end: u32, same: bool) {
+/// L of a block in the place of its K, row by row, and its substitution.
+fn eliminate(begin: u32, end: u32) {
     for (var m = begin; m < end; m++) {
         let t = touch_number(members[member_number(m)]);
         if (touches[t].state != PUSHING) { continue; }
@@ -157,25 +152,20 @@ fn eliminate(begin: u32, end: u32, same: bool) {
         for (var k = entry; k < m; k++) {
             let above = touch_number(members[member_number(k)]);
             if (touches[above].state != PUSHING) { continue; }
-            let root = touches[above].root;
             var value = matrix[row + k];
-            if (!same) {
-                let other = touches[above].row - begin;
-                for (var j = max(entry, touches[above].entry); j < k; j++) {
-                    value -= matrix[row + j] * matrix[other + j];
-                }
-                value /= root;
-                matrix[row + k] = value;
-                pivot -= value * value;
-                moved -= (value / root) * touches[above].moved;
-                turned -= vec4<f32>((value / root) * touches[above].turned.xyz, 0.0);
+            let other = touches[above].row - begin;
+            for (var j = max(entry, touches[above].entry); j < k; j++) {
+                value -= matrix[row + j] * matrix[other + j];
             }
-            turned.w -= (value / root) * touches[above].turned.w;
+            let root = touches[above].root;
+            value /= root;
+            matrix[row + k] = value;
+            pivot -= value * value;
+            moved -= (value / root) * touches[above].moved;
+            turned -= (value / root) * touches[above].turned;
         }
-        if (!same) {
-            touches[t].root = sqrt(max(pivot, FLOOR * diagonal));
-            touches[t].moved = moved;
-        }
+        touches[t].root = sqrt(max(pivot, FLOOR * diagonal));
+        touches[t].moved = moved;
         touches[t].turned = turned;
     }
 }

@@ -26,9 +26,8 @@ var<workgroup> extent: vec2<u32>;
 
 /// Sums of the edge contacts at a node.
 struct Through {
-    /// Their impulses and friction impulses by weight [N·s].
+    /// Their impulses by weight [N·s].
     impulse: vec3<f32>,
-    friction_impulse: vec3<f32>,
     /// Their weights by what is there of them.
     weight: f32,
 }
@@ -64,7 +63,6 @@ fn through_edges(p: u32) -> Through {
             let weight = select(second, 1.0 - second, edge == 0u);
             let drag = touches[touch_number(t)].friction_impulse;
             sum.impulse += weight * (touches[touch_number(t)].normal.xyz * drag.w + drag.xyz);
-            sum.friction_impulse += weight * drag.xyz;
             sum.weight += weight * part_of_touch(t);
         }
     }
@@ -86,7 +84,6 @@ fn propagate(local: u32) {
             let inverse = points[point_number(p)].inverse.xyz;
             let impulse = touches[touch_number(p)].normal.xyz * drag.w + drag.xyz + through.impulse;
             points[point_number(p)].edge_impulse = vec4<f32>(through.impulse, through.weight);
-            points[point_number(p)].free = vec4<f32>(relative + inverse * (drag.xyz + through.friction_impulse), 0.0);
             let given = (relative + inverse * impulse) - linear - cross(angular, touches[touch_number(p)].arm.xyz);
             points[point_number(p)].slip = vec4<f32>(given, 0.0);
         }
@@ -113,34 +110,20 @@ fn slip_of(t: u32) -> vec3<f32> {
     return mix(points[point_number(ends.x)].slip.xyz, points[point_number(ends.y)].slip.xyz, touches[touch_number(t)].weight);
 }
 
-/// One solve for the body's motion with what pushes attached, and the impulses. `count`: touches that share nodes; `same`: whether those
-/// that push are those of the last solve, so that friction alone has changed.
-fn common_velocity(count: u32, same: bool, local: u32) {
-    if (EDGES) {
-        // Masses of points are those of all.
-        storageBarrier();
-    }
+/// One solve for the body's motion with what pushes attached, and the normal impulses. `count`: touches that share nodes.
+fn common_velocity(count: u32, local: u32) {
     for (var t = local; t < extent.y; t += WIDTH) {
-        if (touches[touch_number(t)].state == PUSHING) {
-            if (!same) { fill(t); }
-            ask(t);
-        }
+        if (touches[touch_number(t)].state == PUSHING) { fill(t); }
     }
     if (EDGES) {
         storageBarrier();
         for (var m = local; m < count; m += WIDTH) {
-            if (leads(m)) { eliminate(m, end_of(m, count), same); }
+            if (leads(m)) { eliminate(m, end_of(m, count)); }
         }
         storageBarrier();
     }
     var part: array<f32, 27>;
     for (var t = local; t < extent.y; t += WIDTH) {
-        let drag = in_planes(touches[touch_number(t)].friction_impulse.xyz);
-        let turn = about_planes(cross(touches[touch_number(t)].arm.xyz, touches[touch_number(t)].friction_impulse.xyz) / scene.body_bounding_radius);
-        for (var a = 0u; a < 3u; a++) {
-            part[21u + a] -= drag[a];
-            part[24u + a] -= turn[a];
-        }
         if (touches[touch_number(t)].state == PUSHING) {
             let weight = 1.0 / squared(touches[touch_number(t)].root);
             let moved = touches[touch_number(t)].moved;
@@ -200,57 +183,67 @@ fn friction_share(local: u32) -> f32 {
     return 1.0 / max(result[0], 1.0);
 }
 
-/// Friction impulses that stop the sliding, cut to μ times the normal impulse. True if any changed.
-fn update_friction(local: u32) -> bool {
-    let share = friction_share(local);
+/// Friction impulses that stop the sliding, cut to μ times the normal impulse, and the motion of the body with them. True if any changed.
+fn update_friction(share: f32, local: u32) -> bool {
     var changed = false;
+    var part: array<f32, 27>;
     for (var t = local; t < extent.y; t += WIDTH) {
         let old = touches[touch_number(t)].friction_impulse;
         if (touches[touch_number(t)].state != PUSHING || old.w <= 0.0) { continue; }
         let normal = touches[touch_number(t)].normal.xyz;
+        let arm = touches[touch_number(t)].arm;
         let slip = slip_of(t);
         let slide = slip - normal * dot(slip, normal);
-        let wanted = old.xyz - slide * (touches[touch_number(t)].arm.w * share);
+        let wanted = old.xyz - slide * (arm.w * share);
         let limit = touches[touch_number(t)].friction * old.w;
         let size = sqrt(dot(wanted, wanted));
         let drag = select(wanted, wanted * (limit / max(size, 1e-30)), size > limit);
-        let moved = drag - old.xyz;
-        changed = changed || squared(ROUNDOFF_TOLERANCE * limit) < dot(moved, moved);
+        let more = drag - old.xyz;
+        let turn = cross(arm.xyz, more);
+        for (var a = 0u; a < 3u; a++) {
+            part[a] -= more[a];
+            part[3u + a] -= turn[a];
+        }
+        changed = changed || squared(ROUNDOFF_TOLERANCE * limit) < dot(more, more);
         touches[touch_number(t)].friction_impulse = vec4<f32>(drag, old.w);
+    }
+    reduce(&part, 6u, local);
+    if (local == 0u && scene.body_prescribed == 0u) {
+        let linear = in_planes(vec3<f32>(result[0], result[1], result[2])) / scene.body_mass;
+        var angular = vec3<f32>(0.0);
+        if (ROTATION) {
+            angular = angular_velocity(body.orientation, about_planes(vec3<f32>(result[3], result[4], result[5])));
+        }
+        for (var a = 0u; a < 3u; a++) {
+            motion[a] += linear[a];
+            motion[3u + a] += angular[a];
+        }
     }
     return vote(changed, local);
 }
 
-/// Impulses of all touches, with changes of the set of those that push until none pulls and none enters.
+/// Normal impulses of all touches, with changes of the set of those that push until none pulls and none enters; then friction.
 fn solve(local: u32) {
-    var change = 0u;
-    var sweep = 1u;
-    var solved = false;
-    var shared_out = false;
-    var same = false;
     var count = 0u;
     if (EDGES) { count = list_members(local); }
-    loop {
+    propagate(local);
+    for (var t = extent.x + local; t < extent.y; t += WIDTH) { share_mass(t); }
+    for (var change = 0u;; change++) {
+        common_velocity(count, local);
         propagate(local);
-        if (!solved) {
-            if (!shared_out) {
-                for (var t = extent.x + local; t < extent.y; t += WIDTH) { share_mass(t); }
-            }
-            common_velocity(count, same, local);
-            solved = true;
-            shared_out = true;
-            same = true;
-        } else if (change_set(change < SET_CHANGES / 2u, local)) {
+        if (!change_set(change < SET_CHANGES / 2u, local)) { break; }
+        if (EDGES) { storageBarrier(); }
+        if (change >= SET_CHANGES) {
             // What still pulled is let go: the next step finds what enters.
-            solved = change >= SET_CHANGES;
-            same = false;
-            change++;
-        } else {
-            if (!FRICTION || sweep >= FRICTION_SWEEPS) { break; }
-            if (!update_friction(local)) { break; }
-            sweep++;
-            change = 0u;
-            solved = false;
+            propagate(local);
+            break;
+        }
+    }
+    if (FRICTION) {
+        let share = friction_share(local);
+        for (var sweep = 0u; sweep < FRICTION_SWEEPS; sweep++) {
+            if (!update_friction(share, local)) { break; }
+            propagate(local);
         }
     }
 }
@@ -270,7 +263,7 @@ fn account(local: u32) {
         let place = node_place(node);
         let inverse = points[point_number(p)].inverse.xyz;
         let force = to_pack(ply, gather(node, place));
-        points[point_number(p)].free = vec4<f32>(points[point_number(p)].relative.xyz - inverse * force * step.kick, 0.0);
+        points[point_number(p)].before = vec4<f32>(points[point_number(p)].relative.xyz - inverse * force * step.kick, 0.0);
         if (drag.w <= 0.0 && all(carried == vec3<f32>(0.0))) { continue; }
         let impulse = touches[touch_number(p)].normal.xyz * drag.w + drag.xyz + carried;
         let fixed = inverse <= vec3<f32>(0.0);
@@ -291,7 +284,7 @@ fn account(local: u32) {
         let ends = touches[touch_number(t)].ends;
         let normal = touches[touch_number(t)].normal.xyz;
         let arm = touches[touch_number(t)].arm.xyz;
-        let before = mix(points[point_number(ends.x)].free.xyz, points[point_number(ends.y)].free.xyz, touches[touch_number(t)].weight);
+        let before = mix(points[point_number(ends.x)].before.xyz, points[point_number(ends.y)].before.xyz, touches[touch_number(t)].weight);
         let mean = 0.5 * (before + slip_of(t));
         let impulse = normal * drag.w + drag.xyz;
         let turn = cross(arm, impulse);
@@ -307,7 +300,7 @@ fn account(local: u32) {
     reduce(&part, 12u, local);
 }
 
-@compute @workgroup_size(256)
+@compute @workgroup_size(WIDTH)
 fn projectile_contact(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     shot = shots[group.z];
     body = bodies[shot.number];

@@ -12,8 +12,8 @@ struct Point {
     pressed: vec4<f32>,
     /// Impulse of the points of the rim on its edges [N·s], and the sum of their weights.
     edge_impulse: vec4<f32>,
-    /// Relative velocity without normal impulses; in the end before the step [m/s].
-    free: vec4<f32>,
+    /// Relative velocity before the step, where anything may have pushed [m/s].
+    before: vec4<f32>,
     /// Relative velocity with all impulses found so far [m/s].
     slip: vec4<f32>,
     node: u32,
@@ -73,8 +73,8 @@ const PUSHING: u32 = 2u;
 
 /// Changes of the set of pushing nodes allowed in one step.
 const SET_CHANGES: u32 = 40u;
-/// Alternations between normal impulses and friction.
-const FRICTION_SWEEPS: u32 = 6u;
+/// Sweeps of friction after the normal impulses are found.
+const FRICTION_SWEEPS: u32 = 3u;
 /// Mass of a held node over that of the body, or over its own where that is more.
 const HELD: f32 = 1e3;
 
@@ -193,8 +193,6 @@ fn moved_body(start: Body, met: bool) -> Body {
     return advance(b);
 }
 
-/// Invocations: as many as every device has. A card waits for memory most of the time, for all of them together.
-const WIDTH: u32 = 256u;
 /// Invocations whose parts of sums lie side by side.
 const LANES: u32 = 64u;
 

@@ -193,7 +193,7 @@ fn find_blocks(count: u32, local: u32) {
     }
 }
 
-@compute @workgroup_size(256)
+@compute @workgroup_size(WIDTH)
 fn projectile_points(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     shot = shots[group.z];
     body = bodies[shot.number];

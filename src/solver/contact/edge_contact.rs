@@ -58,30 +58,24 @@ pub struct EdgeContact {
     blocks: Vec<usize>,
     /// Points that push and share nodes, ply by ply.
     members: Vec<usize>,
-    /// Points of `factors` and `motions` in this step.
-    factored: Vec<usize>,
-    /// Places of `factored` block by block, and the ends of the blocks among these.
+    /// Block and place of each of `members`, in this order.
+    keys: Vec<[usize; 2]>,
+    /// Places of `members` block by block, and the ends of the blocks among these.
     order: Vec<usize>,
     ends: Vec<usize>,
     /// Block by block K, then its Cholesky factor: lower triangle by rows [1/kg].
     factors: Vec<f64>,
-    /// Velocities of the nodes without normal impulses [m/s].
-    free: Vec<Vector3<f64>>,
     /// K⁻¹ G by rows, block by block.
     motions: Vec<[f64; 6]>,
     /// K⁻¹ (n·v − target), block by block.
     excesses: Vec<[f64; 1]>,
-    /// Place of a member among these, by its place in `factored`.
+    /// Place of a member among these, by its place in `members`.
     places: Vec<usize>,
 }
 
 impl EdgeContact {
     /// Begins a step: nothing is known of its equations yet.
     pub(crate) fn begin(&mut self, points: &mut [ContactPoint], body_mass: f64) {
-        // With `factored` go the lists that belong to it: where nothing pushes, nothing would replace them.
-        for list in [&mut self.factored, &mut self.order, &mut self.ends, &mut self.places] {
-            list.clear();
-        }
         self.share_masses(points, body_mass);
         self.propagate(points);
     }
@@ -155,16 +149,12 @@ impl EdgeContact {
         self.members.extend((0..count).filter(|at| points[*at].active && points[*at].shared));
         // The order in which they add to the equations of the body.
         self.members.sort_by_key(|at| points[*at].ply);
-        // Friction changes what is asked of them, not what they are.
-        if self.members != self.factored {
-            self.factor(points, body_mass, &direction);
-        }
-        self.free_of_pushes(points);
+        self.factor(points, body_mass, &direction);
         self.excesses.clear();
         for &place in &self.order {
             let at = self.members[place];
             let free: Vector3<f64> =
-                self.parts(count, at).into_iter().map(|(node, weight)| self.free[node] * weight).sum();
+                self.parts(count, at).into_iter().map(|(node, weight)| points[node].free * weight).sum();
             self.excesses.push([free.dot(&points[at].normal) - target(&points[at])]);
         }
         let mut factors = &self.factors[..];
@@ -194,7 +184,6 @@ impl EdgeContact {
             substitute(&factors[first..], &mut self.motions[of]);
         }
         self.factors = factors;
-        self.factored.clone_from(&self.members);
     }
 
     /// Sorts the members by block; `nodes`: how many points are of nodes.
@@ -205,16 +194,17 @@ impl EdgeContact {
             let [one, other] = self.constraints[at - nodes].nodes.map(|node| root(&mut self.blocks, node));
             self.blocks[one.max(other)] = one.min(other);
         }
-        let mut block = |at: usize| {
+        self.keys.clear();
+        for (place, &at) in self.members.iter().enumerate() {
             let node = at.checked_sub(nodes).map_or(at, |constraint| self.constraints[constraint].nodes[0]);
-            root(&mut self.blocks, node)
-        };
+            self.keys.push([root(&mut self.blocks, node), place]);
+        }
+        self.keys.sort_unstable();
         self.order.clear();
-        self.order.extend(0..self.members.len());
-        self.order.sort_unstable_by_key(|place| (block(self.members[*place]), *place));
+        self.order.extend(self.keys.iter().map(|[_, place]| *place));
         self.ends.clear();
         let mut end = 0;
-        for of in self.order.chunk_by(|one, other| block(self.members[*one]) == block(self.members[*other])) {
+        for of in self.keys.chunk_by(|[one, _], [other, _]| one == other) {
             end += of.len();
             self.ends.push(end);
         }
@@ -229,18 +219,6 @@ impl EdgeContact {
     pub fn push(&self, points: &mut [ContactPoint], motion: &Vector6<f64>) {
         for ((&place, row), [excess]) in self.order.iter().zip(&self.motions).zip(&self.excesses) {
             points[self.members[place]].normal_impulse = Vector6::from_row_slice(row).dot(motion) - excess;
-        }
-    }
-
-    /// Velocities of the nodes with friction alone: the normal impulses of the points beside one are unknown like its own.
-    fn free_of_pushes(&mut self, points: &[ContactPoint]) {
-        let (nodes, crossings) = points.split_at(points.len() - self.constraints.len());
-        self.free.clear();
-        self.free.extend(nodes.iter().map(|p| p.free + p.inverse.component_mul(&p.friction_impulse)));
-        for (p, constraint) in crossings.iter().zip(&self.constraints) {
-            for (node, weight) in constraint.ends() {
-                self.free[node] += nodes[node].inverse.component_mul(&p.friction_impulse) * weight;
-            }
         }
     }
 

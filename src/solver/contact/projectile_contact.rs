@@ -12,8 +12,9 @@ use crate::solver::contact::edge_contact::EdgeContact;
 
 /// Changes of the set of pushing nodes allowed in one step.
 pub const SET_CHANGES: usize = 40;
-/// Alternations between normal impulses and friction.
-pub const FRICTION_SWEEPS: usize = 6;
+/// Sweeps of friction after the normal impulses are found. What they add to the approach of other points the next step takes up:
+/// measured in docs/decisions/10.
+pub const FRICTION_SWEEPS: usize = 3;
 /// Rounding of relative velocities in double precision, over the largest speed of the body [-].
 pub(crate) const NOISE: f64 = 1e-9;
 /// Mass of a held node over that of the body, or over its own where that is more [-]. A step leaves the body a thousandth of its
@@ -72,24 +73,9 @@ impl ContactPoint {
         self.free + self.inverse.component_mul(&(self.impulse() + self.edge_impulse))
     }
 
-    /// Whether friction acts on it.
-    fn rubs(&self) -> bool {
-        self.friction_impulse != Vector3::zeros()
-    }
-
-    /// Whether anything acts on it here.
-    fn pushes(&self) -> bool {
-        self.normal_impulse != 0.0 || self.rubs()
-    }
-
     /// Whether contact changed the node's velocity.
     pub fn touched(&self) -> bool {
         self.normal_impulse > 0.0 || self.edge_impulse != Vector3::zeros()
-    }
-
-    /// Velocity along the normal without the normal impulse, where no point of the rim moves the node [m/s].
-    fn speed(&self) -> f64 {
-        (self.free + self.inverse.component_mul(&self.friction_impulse)).dot(&self.normal)
     }
 
     /// Whether the node can move along the normal at all.
@@ -97,11 +83,10 @@ impl ContactPoint {
         self.normal.dot(&self.inverse.component_mul(&self.normal)) > 0.0
     }
 
-    /// Ends the contact: a node that does not push is not dragged either.
+    /// Ends the contact.
     fn release(&mut self) {
         self.active = false;
         self.normal_impulse = 0.0;
-        self.friction_impulse = Vector3::zeros();
     }
 
     /// Fills in the inertia along the normal.
@@ -140,14 +125,14 @@ pub fn resolve(body: &mut RigidBody, points: &mut [ContactPoint], edges: &mut Ed
     for p in points.iter_mut() {
         p.active = p.free.dot(&p.normal) - twist.at(&p.arm).dot(&p.normal) < closing_limit(p, dt);
     }
-    let sweeps = if points.iter().any(|p| p.friction > 0.0) { FRICTION_SWEEPS } else { 1 };
-    for sweep in 0..sweeps {
-        solve_normal(&start, body, points, edges, dt);
-        if sweep + 1 < sweeps && update_friction(body, points) {
-            edges.propagate(points);
-            continue;
+    solve_normal(&start, body, points, edges, dt);
+    let share = friction_share(&start, points);
+    for _ in 0..FRICTION_SWEEPS {
+        if !update_friction(body, points, share) {
+            break;
         }
-        break;
+        edges.propagate(points);
+        apply(&start, body, points);
     }
     account(&start, body, points, points.len() - edges.constraints.len())
 }
@@ -202,11 +187,10 @@ fn common_velocity(
     dt: f64,
 ) {
     let [moves, turns] = start.freedom;
-    let act = |p: &ContactPoint, push: &Vector3<f64>| {
-        let turn = if start.locked { Vector3::zeros() } else { p.arm.cross(push).component_mul(&turns) };
-        stack(&push.component_mul(&moves), &turn)
+    let direction = |p: &ContactPoint| {
+        let turn = if start.locked { Vector3::zeros() } else { p.arm.cross(&p.normal).component_mul(&turns) };
+        stack(&p.normal.component_mul(&moves), &turn)
     };
-    let direction = |p: &ContactPoint| act(p, &p.normal);
     let mut motion = stack(&start.velocity, &start.angular_velocity());
     let mut matrix = Matrix6::identity();
     let mut right = Vector6::zeros();
@@ -218,15 +202,10 @@ fn common_velocity(
             matrix.fixed_view_mut::<3, 3>(3, 3).copy_from(&start.inertia());
         }
         right = stack(&(start.velocity * start.mass), &start.angular_momentum);
-        for p in points.iter() {
-            if p.rubs() {
-                right -= act(p, &p.friction_impulse);
-            }
-            if p.active && !p.shared {
-                let g = direction(p);
-                right += g * (p.effective_mass * (p.speed() - closing_limit(p, dt)));
-                matrix += g * g.transpose() * p.effective_mass;
-            }
+        for p in points.iter().filter(|p| p.active && !p.shared) {
+            let g = direction(p);
+            right += g * (p.effective_mass * (p.free.dot(&p.normal) - closing_limit(p, dt)));
+            matrix += g * g.transpose() * p.effective_mass;
         }
         edges.eliminate(points, start.mass, direction, |p| closing_limit(p, dt), (&mut matrix, &mut right));
         if start.locked {
@@ -240,7 +219,8 @@ fn common_velocity(
     }
     edges.push(points, &motion);
     for p in points.iter_mut().filter(|p| p.active && !p.shared) {
-        p.normal_impulse = p.effective_mass * (direction(p).dot(&motion) + closing_limit(p, dt) - p.speed());
+        p.normal_impulse =
+            p.effective_mass * (direction(p).dot(&motion) + closing_limit(p, dt) - p.free.dot(&p.normal));
     }
     edges.propagate(points);
     apply(start, body, points);
@@ -258,7 +238,7 @@ fn apply(start: &RigidBody, body: &mut RigidBody, points: &[ContactPoint]) {
     }
     let mut momentum = Vector3::zeros();
     let mut angular = Vector3::zeros();
-    for p in points.iter().filter(|p| p.pushes()) {
+    for p in points.iter().filter(|p| p.normal_impulse != 0.0) {
         let impulse = p.impulse();
         momentum -= impulse;
         angular -= p.arm.cross(&impulse);
@@ -271,11 +251,10 @@ fn apply(start: &RigidBody, body: &mut RigidBody, points: &[ContactPoint]) {
 }
 
 /// Friction impulses that stop the sliding, cut to μ times the normal impulse. True if any changed.
-fn update_friction(body: &RigidBody, points: &mut [ContactPoint]) -> bool {
-    let share = friction_share(body, points);
+fn update_friction(body: &RigidBody, points: &mut [ContactPoint], share: f64) -> bool {
     let twist = body.twist();
     let mut changed = false;
-    for p in points.iter_mut().filter(|p| p.pushes()) {
+    for p in points.iter_mut().filter(|p| p.normal_impulse > 0.0) {
         let slide = p.velocity() - twist.at(&p.arm);
         let slide = slide - p.normal * slide.dot(&p.normal);
         let wanted = p.friction_impulse - slide * (p.mass * share);
