@@ -343,6 +343,5 @@ fn a_keyframe_shows_what_is_there() {
 fn a_thick_pack_shows_some_plies_and_says_which() {
     let page = Shot::new(&["/pack/plies=12", "/solver/end_time_us=4", "/output/history_interval_us=2"]).page();
     assert_eq!(between(&page, "Of 12 plies these are shown: ", "."), "1, 3, 4, 6, 7, 9, 10, 12");
-    assert_eq!(between(&page, "id=\"plies\"", "</figure>").matches("<polyline").count(), 8);
     assert!(page.len() < 5_000_000, "{}", page.len());
 }
