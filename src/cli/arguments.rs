@@ -185,15 +185,19 @@ pub(crate) struct BatchArguments {
 #[command(after_help = "Examples:
   ripstop shots cases/s720-1ply-155.json --count 40 --velocity 150..220
   ripstop shots shot.json --count 1000 --velocity 150..250 -o out/limit --resume     # after Ctrl-C, kill or a full disk
+  ripstop shots shot.json --velocity 150..250 -o out/limit --only 17                 # shot 17 alone, with its report
 
 What varies from shot to shot stands in /variability of the case. DIR gets shots.csv, which `ripstop fit` reads, shots.json and shots.html.")]
 pub(crate) struct ShotsArguments {
     /// Shots
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
-    pub(crate) count: u32,
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000), required_unless_present = "only")]
+    pub(crate) count: Option<u32>,
     /// Velocities spread evenly over a range [m/s] [default: that of the case]
     #[arg(long, value_name = "A..B", value_parser = velocities)]
     pub(crate) velocity: Option<[f64; 2]>,
+    /// Run this shot alone, with everything that `ripstop run` writes, in DIR/shot-N
+    #[arg(long, value_name = "N")]
+    pub(crate) only: Option<u32>,
     #[command(flatten)]
     pub(crate) batch: BatchArguments,
 }

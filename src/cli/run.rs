@@ -22,7 +22,7 @@ use super::terminal::{self, say};
 use super::{backend, result};
 
 /// `ripstop run`
-#[derive(Args, Debug)]
+#[derive(Args, Debug, Default)]
 #[command(after_help = "Examples:
   ripstop run shot.json --set /projectile/velocity_m_s=200 -o out/shot-200
   ripstop run cases/s728-*.json
@@ -113,7 +113,12 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), CommandFailure> {
 }
 
 /// Runs a case, writes its results and says what happened.
-fn shoot(arguments: &RunArguments, case: &Case, out: &Path, interrupted: &AtomicBool) -> Result<(), CommandFailure> {
+pub(crate) fn shoot(
+    arguments: &RunArguments,
+    case: &Case,
+    out: &Path,
+    interrupted: &AtomicBool,
+) -> Result<(), CommandFailure> {
     let start = Instant::now();
     let chosen = backend::choose(&arguments.backend, BackendChoice::Auto, arguments.precision, &arguments.print)?;
     let folder = Folder::prepare(out, case)?;

@@ -8,7 +8,7 @@ use std::thread;
 
 use ripstop::case::{Case, CaseError};
 use ripstop::output::Folder;
-use ripstop::study::batch::{BatchError, BatchOptions};
+use ripstop::study::batch::{BatchError, BatchOptions, order_case};
 use ripstop::study::fit;
 use ripstop::study::report::{Report, ReportTable};
 use ripstop::study::shots::{self, ShotsRequest};
@@ -23,6 +23,7 @@ use super::arguments::{
 use super::backend;
 use super::failure::CommandFailure;
 use super::result::{files, notes};
+use super::run::{RunArguments, shoot};
 use super::terminal::{self, Align, TextTable, part};
 
 /// Half the width of the interval over V50 at which thresholds end, and realisations at most, where nothing is asked for.
@@ -35,12 +36,22 @@ const FIT_FILES: [&str; 2] = ["fit.json", "fit.html"];
 /// Rows of a table at most.
 const MAX_ROWS: usize = 60;
 
-/// `ripstop shots`: shots of a case.
+/// `ripstop shots`: shots of a case, or one of them alone.
 pub(crate) fn shots(arguments: &ShotsArguments) -> Result<(), CommandFailure> {
     let study = Study::new(&arguments.batch, "shots", shots::FILES)?;
-    let request =
-        ShotsRequest { velocity: arguments.velocity, ..shots_request(&arguments.batch, Some(arguments.count)) };
+    let request = ShotsRequest { velocity: arguments.velocity, ..shots_request(&arguments.batch, arguments.count) };
     let case = &study.case;
+    if let Some(number) = arguments.only {
+        let mut shot = order_case(case, study.seed(), shots::order(&request, study.seed(), number))?;
+        // The case expects that of its nominal shot.
+        shot.expect.clear();
+        shot.title = format!("{}, shot {number}", case.title);
+        let BatchArguments { precision, backend, print, .. } = &arguments.batch;
+        let (backend, print) = (backend.clone(), print.clone());
+        let mut as_run = RunArguments { precision: *precision, backend, print, ..Default::default() };
+        as_run.backend.backend.get_or_insert(BackendChoice::Cpu);
+        return shoot(&as_run, &shot, &study.out().join(format!("shot-{number}")), &study.interrupted);
+    }
     study.compute("shots", |options, folder| {
         let found = shots::run(case, &request, options, folder)?;
         Ok((found.fit.json(), found.report(case)))

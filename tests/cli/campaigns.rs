@@ -48,24 +48,28 @@ fn ctrl_c_ends_a_batch_with_what_it_has() {
 }
 
 #[test]
-fn a_shot_by_its_number_and_velocity_is_the_row() {
+fn a_shot_by_its_number_is_the_row_with_everything_a_run_writes() {
     let bench = bench();
     let text = stdout(&typed(&bench, SHOTS));
     assert!(
         text.contains("8 shots") && text.contains("V50") && text.contains("assumed: /variability/modulus"),
         "{text}"
     );
+    let summary = typed(&bench, "shots shot.json --velocity 50..120 -o out --only 5 --json");
+    let summary: Value = serde_json::from_str(&stdout(&summary)).unwrap();
     let table = fs::read_to_string(bench.path("out/shots.csv")).unwrap();
     let mut reader = csv::Reader::from_reader(table.as_bytes());
     let header = reader.headers().unwrap().clone();
     let record = reader.records().map(Result::unwrap).find(|record| &record[0] == "5").unwrap();
     let cell = |name: &str| record.get(header.iter().position(|head| head == name).unwrap()).unwrap();
-    let velocity = cell("asked_velocity_m_s");
-    let summary = format!("run shot.json --json --set /variability/shot=5 --set /projectile/velocity_m_s={velocity}");
-    let summary: Value = serde_json::from_str(&stdout(&typed(&bench, &summary))).unwrap();
     assert_eq!(summary["outcome"], cell("outcome"));
     assert_eq!(summary["energy_gained"].as_f64().unwrap(), cell("energy_gained").parse::<f64>().unwrap());
     assert_eq!(summary["absorbed_energy_j"].as_f64().unwrap(), cell("absorbed_energy_j").parse::<f64>().unwrap());
+    assert!(bench.path("out/shot-5/report.html").exists());
+    // Its case, run by itself, is that shot again.
+    let again = typed(&bench, "run out/shot-5/case.json -o again --json --no-report");
+    let again: Value = serde_json::from_str(&stdout(&again)).unwrap();
+    assert_eq!(again["absorbed_energy_j"], summary["absorbed_energy_j"]);
 }
 
 #[test]
