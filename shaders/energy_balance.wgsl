@@ -223,14 +223,17 @@ fn energy_balance(id: Invocation) {
     for (var i = begin; i < rim; i += stride) { add_support(3u * (ply_number(ply) * rim + i)); }
     for (var i = 0u; i < SUMS; i++) { sums[i * 65u + id.local] = part[i]; }
     workgroupBarrier();
-    if (id.local < SUMS) {
-        let largest = id.local == TENSION || id.local == DEFLECTION || id.local == FASTEST || id.local == LOAD;
-        var sum = 0.0;
-        for (var i = 0u; i < GROUP; i++) {
-            let x = sums[id.local * 65u + i];
-            sum = select(sum + x, max(sum, x), largest);
+    for (var bit = 6u; bit > 0u; bit--) {
+        let reach = 1u << (bit - 1u);
+        for (var at = id.local; at < SUMS * reach; at += GROUP) {
+            let which = at >> (bit - 1u);
+            let place = which * 65u + (at & (reach - 1u));
+            let x = sums[place + reach];
+            let largest = which == TENSION || which == DEFLECTION || which == FASTEST || which == LOAD;
+            sums[place] = select(sums[place] + x, max(sums[place], x), largest);
         }
-        samples[first + id.group.x * SUMS + id.local] = bitcast<u32>(sum);
+        workgroupBarrier();
     }
+    if (id.local < SUMS) { samples[first + id.group.x * SUMS + id.local] = bitcast<u32>(sums[id.local * 65u]); }
     if (id.group.x == 0u && id.local == 0u) { finish(first + scene.groups * SUMS); }
 }

@@ -193,12 +193,13 @@ fn moved_body(start: Body, met: bool) -> Body {
     return advance(b);
 }
 
-/// Invocations whose parts of sums lie side by side.
+/// Invocations whose parts of sums lie side by side: 2⁶.
 const LANES: u32 = 64u;
 
 var<workgroup> sums: array<f32, 1755>; // 27 sums of 64 parts, in rows of 65
 var<workgroup> result: array<f32, 27>;
 var<workgroup> scan: array<u32, 256>;
+var<workgroup> rank_bits: array<atomic<u32>, 8>;
 var<workgroup> ballot: atomic<u32>;
 var<workgroup> verdict: u32;
 
@@ -215,11 +216,15 @@ fn reduce(part: ptr<function, array<f32, 27>>, count: u32, local: u32) {
         }
         workgroupBarrier();
     }
-    if (local < count) {
-        var sum = 0.0;
-        for (var i = 0u; i < LANES; i++) { sum += sums[local * 65u + i]; }
-        result[local] = sum;
+    for (var bit = 6u; bit > 0u; bit--) {
+        let reach = 1u << (bit - 1u);
+        for (var at = local; at < count * reach; at += WIDTH) {
+            let place = (at >> (bit - 1u)) * 65u + (at & (reach - 1u));
+            sums[place] += sums[place + reach];
+        }
+        workgroupBarrier();
     }
+    if (local < count) { result[local] = sums[local * 65u]; }
     workgroupBarrier();
 }
 
@@ -232,6 +237,25 @@ fn vote(yes: bool, local: u32) -> bool {
     if (local == 0u) { verdict = atomicLoad(&ballot); }
     return workgroupUniformLoad(&verdict) != 0u;
 }
+
+/// Marks an invocation or not; gives how many marked ones come before it, and how many there are.
+fn rank_of(marked: bool, local: u32) -> vec2<u32> {
+    workgroupBarrier();
+    if (local < WIDTH / 32u) { atomicStore(&rank_bits[local], 0u); }
+    workgroupBarrier();
+    if (marked) { atomicOr(&rank_bits[local / 32u], 1u << (local % 32u)); }
+    workgroupBarrier();
+    var rank = vec2<u32>(0u);
+    for (var word = 0u; word < WIDTH / 32u; word++) {
+        let bits = atomicLoad(&rank_bits[word]);
+        let before = select(select(0u, bits, word < local / 32u), bits & ((1u << (local % 32u)) - 1u), word == local / 32u);
+        rank += vec2<u32>(countOneBits(before), countOneBits(bits));
+    }
+    return rank;
+}
+
+/// Whether an invocation is marked.
+fn is_marked(which: u32) -> u32 { return (atomicLoad(&rank_bits[which / 32u]) >> (which % 32u)) & 1u; }
 
 /// The number of an invocation added to those of all before it; the last has the sum of all. `scan` must not be read by then.
 fn sum_up_to(number: u32, local: u32) -> u32 {

@@ -120,20 +120,21 @@ fn find_constraints(count: u32, local: u32) -> u32 {
         let p = (base + local) / 4u;
         var constraint: Touch;
         if (p < count) { constraint = constraint_at(p, local & 3u, count); }
-        let there = u32(constraint.state != AWAY);
-        let at = total + sum_up_to(there, local) - there;
-        if (there != 0u && at < room) { touches[touch_number(count + at)] = constraint; }
+        let there = constraint.state != AWAY;
+        let rank = rank_of(there, local);
+        let at = total + rank.x;
+        if (there && at < room) { touches[touch_number(count + at)] = constraint; }
         if (p < count && (local & 3u) == 0u) {
-            let to_right = scan[local + 1u] + there - scan[local];
-            let to_above = scan[local + 3u] - scan[local + 1u];
+            let to_right = u32(there) + is_marked(local + 1u);
+            let to_above = is_marked(local + 2u) + is_marked(local + 3u);
             points[point_number(p)].first = count + at;
             points[point_number(p)].to_right = to_right;
             points[point_number(p)].to_above = to_above;
             atomicAdd(&of_ply[node_ply(points[point_number(p)].node)], to_right + to_above);
         }
-        total += scan[WIDTH - 1u];
-        workgroupBarrier();
+        total += rank.y;
     }
+    workgroupBarrier();
     // Where there is no room for those of a ply none is heeded: the run ends by its counter.
     let found = atomicLoad(&of_ply[min(local, scene.plies - 1u)]);
     if (!vote(found > scene.constraints, local)) { return total; }
