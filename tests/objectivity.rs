@@ -14,9 +14,9 @@ use crate::scene::{run, shipped};
 
 /// Numerics; velocities next to the limit at which the ply stops the shot and is perforated; 1.5 times the limit and what is left of it [m/s].
 const LIMITS: [(&str, [f64; 2], [f64; 2]); 3] = [
-    ("/solver/numerics=default", [183.28749999999997, 183.67499999999998], [275.22187499999995, 239.19457164486286]),
-    ("/solver/accuracy=converged", [185.296, 186.223], [278.64, 242.68224681291872]),
-    ("/solver/numerics=paper", [148.8, 149.575], [223.78125, 191.20913441566552]),
+    ("/solver/numerics=default", [183.28749999999997, 183.67499999999998], [275.22187499999995, 239.18401716224918]),
+    ("/solver/accuracy=converged", [185.296, 186.223], [278.64, 242.65061663822502]),
+    ("/solver/numerics=paper", [148.8, 149.575], [223.78125, 191.24427295522895]),
 ];
 
 #[test]

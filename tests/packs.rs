@@ -336,7 +336,7 @@ fn plies_that_are_perforated_do_not_pass_through_each_other() {
         perforated.push(last.perforated_plies);
         assert!(last.failed.iter().sum::<u64>() > 150, "{:?}", last.failed);
     }
-    assert_eq!(perforated, [2, 0, 3, 3]);
+    assert_eq!(perforated, [1, 0, 3, 3]);
     // One in a thousand, in crumpled fabric, and not for long.
     assert!(sums[0] > 10_000 && sums[1] * 1000 <= sums[0], "{sums:?}");
 }

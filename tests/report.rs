@@ -318,7 +318,6 @@ fn a_keyframe_shows_what_is_there() {
         "/pack/mesh_grading=none",
         "/pack/elements_per_crossover=1",
         "/output/history_interval_us=0.01",
-        "/solver/shock_viscosity=0",
         "/projectile/velocity_m_s=100",
     ];
     let shot = Shot::new(&[&["/solver/symmetry=none"], EVEN].concat());
