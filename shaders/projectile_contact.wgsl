@@ -166,7 +166,7 @@ fn change_set(joining: bool, local: u32) -> bool {
 /// the body would be thrown beyond rest, the more so the more it turns, and gain energy.
 fn friction_share(local: u32) -> f32 {
     let axis = rotate(body.orientation, vec3<f32>(0.0, 0.0, 1.0));
-    var load = 0.0;
+    var part: array<f32, 27>;
     for (var t = local; t < extent.y; t += WIDTH) {
         if (touches[touch_number(t)].state == PUSHING && touches[touch_number(t)].friction_impulse.w > 0.0) {
             let arm = touches[touch_number(t)].arm;
@@ -174,13 +174,11 @@ fn friction_share(local: u32) -> f32 {
             // At most, in any direction across the normal.
             let turned = square / min(scene.body_inertia_x, scene.body_inertia_y)
                 + (square - squared(dot(arm.xyz, axis))) / scene.body_inertia_z;
-            load += arm.w * (1.0 / scene.body_mass + select(0.0, turned, ROTATION));
+            part[0] += arm.w * (1.0 / scene.body_mass + select(0.0, turned, ROTATION));
         }
     }
-    var part: array<f32, 27>;
-    part[0] = select(load, 0.0, scene.body_prescribed != 0u);
     reduce(&part, 1u, local);
-    return 1.0 / max(result[0], 1.0);
+    return select(1.0 / max(result[0], 1.0), 1.0, scene.body_prescribed != 0u);
 }
 
 /// Friction impulses that stop the sliding, cut to μ times the normal impulse, and the motion of the body with them. True if any changed.

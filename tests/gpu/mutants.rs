@@ -125,7 +125,7 @@ defects! {
     }
     ply_search {
         "one element around a node not asked" in "two fabrics, holes, no hourglass":
-            "if (there.w) { bits |= flags[e - scene.columns]; }" => "";
+            "let around = vec4<u32>(e, e - 1u, e - scene.columns - 1u, e - scene.columns);" => "let around = vec4<u32>(e, e - 1u, e - scene.columns - 1u, e);";
         "no ridges" in "ridges": "direction * dot(edge.arm, f.normal) > 0.0;" => "false;";
         "twist of the cell" in "two free plies": "arm - s.twist * (place.x * place.y)" => "arm";
         "resting nodes not asked" in "resting plies": "return all(lies.xy >= low) && all(lies.xy <= high);" => "return false;";
