@@ -156,15 +156,9 @@ fn clear<D: Real<Scalar = f64>, S: Scalar>(
         each!(side in 2 => places(d, &corner[0], &theirs.ply_type.columns.place, column + side, [across[0], theirs.z]));
     let high =
         each!(side in 2 => places(d, &corner[1], &theirs.ply_type.columns.place, column + side, [across[1], theirs.z]));
-    let area = if mesh.is_graded() {
-        let mut areas = [0.0; WIDEST];
-        for (area, column) in areas.iter_mut().zip(column..mesh.columns) {
-            *area = mesh.area(row, column);
-        }
-        d.load(&areas, 0)
-    } else {
-        d.splat_like(mesh.area(row, column))
-    };
+    let width = each!(side in 2 => d.load(&theirs.ply_type.columns.place, column + side));
+    // More than the mesh has by rounding at least: what is near to a fold is let through.
+    let area = (width[1] - width[0]) * d.splat_like(1.001 * (across[1] - across[0]));
     let bounds = [search.sign(), search.touching, SLOP * search.thickness];
     // Across planes the axes of the neighbour, which are the coordinates of its cells.
     let planes = each!(axis in 2 => line.planes[axis].map(|_| axis));
