@@ -215,11 +215,13 @@ fn projectile_points(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_inv
         storageBarrier();
         find_blocks(count, local);
     }
-    sums[local] = deepest;
+    if (local == 0u) { atomicStore(&ballot, 0u); }
+    workgroupBarrier();
+    // Numbers above zero are in the order of their bits.
+    atomicMax(&ballot, bitcast<u32>(deepest));
     workgroupBarrier();
     if (local == 0u) {
-        for (var i = 0u; i < WIDTH; i++) { deepest = max(deepest, sums[i]); }
-        bodies[shot.number].energy.w = max(body.energy.w, deepest);
+        bodies[shot.number].energy.w = max(body.energy.w, bitcast<f32>(atomicLoad(&ballot)));
         touches[touch_head()].ends = vec2<u32>(count, count + number);
     }
 }
