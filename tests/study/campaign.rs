@@ -395,7 +395,7 @@ fn a_case_in_which_nothing_varies_has_one_threshold_and_says_so() {
     );
     let report = found.report(&case, &request);
     assert!(
-        report.tables[0].rows.len() == 2 && report.answer[2].contains("0.97-1.68 x measured (with 0.785: 0.80-1.43)")
+        report.tables[0].rows.len() == 2 && report.answer[2].contains("1.00-1.68 x measured (with 0.785: 0.85-1.43)")
     );
     // A case that says what its yarns keep is asked for nothing else.
     let stated = smaller(&["/fabric/warp/strength_retention=0.9"]);
