@@ -161,7 +161,7 @@ defects! {
         "touches independent" in "between nodes, yawed, friction": "select(0.0, coupling(t, other), pushes)" => "0.0";
     }
     energy_balance {
-        "largest tensions added" in "variational, compressible": "id.local == TENSION ||" => "";
+        "largest tensions added" in "variational, compressible": "which == TENSION ||" => "";
         "evaluations not counted anew" in "variational, compressible": "flags[element] = word & 3u;" => "";
         "wefts do not cover" in "sphere under a weft": "runs_on(ply, place, 2u)" => "false";
     }
