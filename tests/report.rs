@@ -94,6 +94,18 @@ fn every_part_is_there_and_nothing_asks_for_a_network() {
 }
 
 #[test]
+fn what_has_no_rim_is_not_told_to_round_it() {
+    let round =
+        [r#""cylinder","length_mm":9,"edge_radius_mm":2.75"#, r#""cone","length_mm":9"#, r#""sphere""#, r#""bar""#];
+    for shape in round.into_iter().chain([r#""cylinder","length_mm":12"#]) {
+        let body = format!(r#"/projectile={{"shape":{shape},"diameter_mm":5.5,"mass_g":3,"velocity_m_s":900}}"#);
+        let shot = Shot::new(&[&body, "/pack/edges=free", "/solver/contact_sampling=edges"]);
+        let (_, reason) = shot.level("sensitivity to the mesh under the hit");
+        assert!(!shot.run.events.is_empty() && reason.contains("rim") != round.contains(&shape), "{shape}: {reason}");
+    }
+}
+
+#[test]
 fn without_a_projectile_and_without_pictures_the_rest_is_there() {
     let mut shot = Shot::new(&["/projectile=null", "/pack/initial_velocity_m_s=[0,0,1]"]);
     let page = shot.page();

@@ -262,10 +262,7 @@ fn ply_penetration(case: &Case, run: &Run) -> Check {
 
 /// Elements that a projectile is wide; of a bar, which meets whole rows of nodes, that says nothing.
 fn width(case: &Case) -> Option<Check> {
-    let shape = case.projectile.as_ref()?.shape;
-    if matches!(shape, Shape::Bar { .. }) {
-        return None;
-    }
+    let shape = case.projectile.as_ref().map(|p| p.shape).filter(|shape| !shape.is_bar())?;
     let sides = case.layers().iter().map(|layer| layer.mesh.length[0].max(layer.mesh.length[1])).fold(0.0, f64::max);
     let cells = shape.diameter() / sides;
     let level = look_if(cells < CELLS_LIMIT);
@@ -295,8 +292,7 @@ pub fn scatter(case: &Case, run: &Run) -> Option<f64> {
 fn mesh_under_hit(case: &Case, run: &Run) -> Check {
     let broken: u64 = run.history.last().map_or(0, |row| row.failed.iter().sum());
     let load = run.history.iter().map(|row| row.balance.max_load).fold(0.0, f64::max);
-    let body = case.projectile.as_ref().and_then(Body::new);
-    let has_rim = body.is_some_and(|body| body.profile.has_round_rim());
+    let has_rim = case.projectile.as_ref().and_then(Body::new).is_some_and(|body| body.profile.has_round_rim());
     let edge_radius = case.projectile.as_ref().map_or(0.0, |p| p.edge_radius);
     // An ogive without a tip is half a ball, and so is a cylinder whose rim is rounded off.
     let round = |shape: &Shape| {
@@ -304,14 +300,15 @@ fn mesh_under_hit(case: &Case, run: &Run) -> Check {
     };
     let is_ball = case.projectile.as_ref().is_some_and(|p| round(&p.shape) && !p.shape.is_pointed());
     let tip = case.projectile.as_ref().filter(|p| p.shape.is_pointed()).map(|p| p.edge_radius);
+    let is_bar = case.projectile.as_ref().is_some_and(|p| p.shape.is_bar());
     let reason = if broken == 0 && !is_ball && load > NEAR_BREAKING {
         "no yarn broke, but one came near to it: with another mesh the projectile may pass"
     } else if broken == 0 || is_ball {
         ""
     } else if tip == Some(0.0) {
         "a sharp point: fabric stands on it or slips off, which no mesh decides; give it its edge_radius_mm"
-    } else if tip.is_some() {
-        "a point: what a perforation takes depends on the mesh; compare with \"accuracy\": \"converged\""
+    } else if tip.is_some() || is_bar {
+        "a point or a bar: what a perforation takes depends on the mesh; compare with \"accuracy\": \"converged\""
     } else if edge_radius > 0.0 {
         "a rim: finer elements change the energy that a perforation takes; compare with \"accuracy\": \"converged\""
     } else if !has_rim || case.solver.contact_sampling == ContactSampling::Edges {
