@@ -25,9 +25,8 @@ pub struct Breakage {
     pub at_edges: usize,
     /// All other pieces.
     pub elsewhere: usize,
-    /// Yarns that broke first at an edge that is held, and those that broke first at the hit, until the projectile is through.
-    pub torn_off: [usize; 2],
-    /// Both counts when the edges led by most; the final ones where they never led.
+    /// Yarns that broke first at an edge that is held, and those that broke first at the hit, until the projectile is through: when the edges
+    /// led by most; the final counts where they never led.
     pub torn_first: [usize; 2],
 }
 
@@ -37,9 +36,9 @@ impl Breakage {
         self.at_hit + self.at_edges + self.elsewhere
     }
 
-    /// Whether more yarns broke first at held edges than at the hit.
+    /// Whether more yarns had broken first at held edges than at the hit, at any time before the projectile was through.
     pub fn is_torn_off(&self) -> bool {
-        self.torn_off[0] > self.torn_off[1]
+        self.torn_first[0] > self.torn_first[1]
     }
 
     /// Broken yarns of a run of a case.
@@ -77,7 +76,6 @@ impl Breakage {
                 found.torn_first = now;
             }
         }
-        found.torn_off = now;
         if found.torn_first == [0; 2] {
             found.torn_first = now;
         }
@@ -279,6 +277,6 @@ mod tests {
         // No frame is there to tear off where a side is free.
         let free = crate::case::shipped(&[&sets[..], &[r#"/pack/edges={"left": "free"}"#]].concat());
         let broken = Breakage::of(&free, &Run { events: vec![hit(1), edge(2), edge(3)], ..run.clone() });
-        assert_eq!((broken.at_edges, broken.torn_off), (2, [0, 1]));
+        assert_eq!((broken.at_edges, broken.torn_first), (2, [0, 1]));
     }
 }

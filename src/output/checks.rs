@@ -348,7 +348,8 @@ fn aim(case: &Case, run: &Run) -> Check {
 
 /// Hold of the fabric in its frame until the outcome was decided.
 fn frame(case: &Case, run: &Run) -> Check {
-    let [torn, cut] = Breakage::of(case, run).torn_first;
+    let broken = Breakage::of(case, run);
+    let [torn, cut] = broken.torn_first;
     let reasons = [
         "more than at the hit by then: the fabric tore off its frame and flew with the projectile; a slower shot may pass where this one is \
          stopped, and in a test fabric slips in its clamps",
@@ -356,7 +357,8 @@ fn frame(case: &Case, run: &Run) -> Check {
     ];
     let [value, at_hit] = [torn, cut].map(|count| grouped(count as u64));
     let message = format!("{value} yarns had broken at the edges, {at_hit} at the hit");
-    Check::new("broken at the edges", value, look_if(torn > cut), reasons).warned(8, torn as f64, cut as f64, message)
+    let check = Check::new("broken at the edges", value, look_if(broken.is_torn_off()), reasons);
+    check.warned(8, torn as f64, cut as f64, message)
 }
 
 fn newton(run: &Run) -> Check {
