@@ -29,6 +29,10 @@ pub const CELLS_LIMIT: f64 = 3.0;
 const NEGLIGIBLE: f64 = 1e-4;
 /// Energy from nowhere above which a result is not to be used, over what was exchanged or what the fabric holds [-].
 const UNUSABLE: f64 = 0.1;
+/// Reason to look at a projectile that has met nothing.
+const MISSED: &str = "the projectile never met the fabric: look at /projectile/offset_mm";
+/// Share of the projectile's impulse that went into the frame that is to be looked at, and that makes it no shot on fabric [-].
+const FRAME_LIMITS: [f64; 2] = [0.01, 0.05];
 /// Share of unit cells without equilibrium that no longer is a matter of a few places [-].
 const UNCONVERGED_LIMIT: f64 = 1e-6;
 /// Residual of a unit cell that is rounding and no more, over the breaking load, in double and in single precision [-]: some fifty times what the
@@ -334,16 +338,19 @@ fn mesh_under_hit(case: &Case, run: &Run) -> Check {
 /// Place of the hit: on fabric, not beside it, nor on what holds it.
 fn aim(case: &Case, run: &Run) -> Check {
     let (to_frame, radius) = (clearance(case), case.projectile.as_ref().map_or(0.0, |p| 0.5 * p.shape.diameter()));
-    let reason = if run.history.iter().all(|row| row.contact_force == 0.0) {
-        "the projectile never met the fabric: look at /projectile/offset_mm"
-    } else if to_frame < radius {
-        "the projectile struck the clamps too: what they took is not the fabric's"
-    } else {
-        ""
-    };
-    let value = format!("{} mm from the nearest clamp", short(1e3 * to_frame, 3));
+    let has_missed = run.history.iter().all(|row| row.contact_force == 0.0);
+    let is_over = to_frame < radius;
+    let reasons = [
+        if has_missed { MISSED } else { "the projectile reaches over the clamps: what they take is not the fabric's" },
+        "the frame took more than a little of the impulse, or the projectile went through it: take a larger pack, aim farther inside",
+    ];
+    let share = if is_over && run.outcome == Outcome::Perforated { 1.0 } else { run.frame_share };
+    let level = level(share, FRAME_LIMITS).max(look_if(has_missed || is_over));
+    let took = format!(", which took {} of the impulse", fraction(run.frame_share));
+    let took = if run.frame_share > 0.0 { &took } else { "" };
+    let value = format!("{} mm from the nearest clamp{took}", short(1e3 * to_frame, 3));
     let value = if to_frame.is_finite() { value } else { "no clamp".to_owned() };
-    Check::new("place of the hit", value, look_if(!reason.is_empty()), [reason, ""])
+    Check::new("place of the hit", value, level, reasons)
 }
 
 /// Hold of the fabric in its frame until the outcome was decided.

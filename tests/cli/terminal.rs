@@ -171,6 +171,9 @@ fn warnings_of_a_case_are_shown_by_check_and_by_the_run() {
         ("/projectile/mass_g=30", &["W1", "W7"]),
         ("/projectile/density_kg_m3=2700", &["W1", "W7"]), // the mass given is a tenth more
         ("/projectile/density_kg_m3=2950", &["W1"]),
+        ("/fabric/areal_density_g_m2=265", &["W1"]), // of yarns of 252.9 g/m²
+        ("/fabric/areal_density_g_m2=266", &["W1", "W7"]),
+        ("/fabric/areal_density_g_m2=190", &["W1", "W7"]),
         ("/pack/crossovers_per_element=2", &["W1", "W5", "W6"]),
     ] {
         let text = stdout(&bench.ripstop(&["check", "shot.json", "--set", set]));
