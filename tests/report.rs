@@ -94,6 +94,32 @@ fn every_part_is_there_and_nothing_asks_for_a_network() {
 }
 
 #[test]
+fn what_the_frame_took_is_not_the_fabrics() {
+    let level = |changes: &[&str]| Shot::new(changes).level("place of the hit").0;
+    // The pack has 30.48 mm, the projectile a radius of 2.75 mm.
+    assert_eq!(level(&["/projectile/offset_mm=[12.4,0]"]), Level::Fine);
+    assert_eq!(level(&["/projectile/offset_mm=[12.6,0]"]), Level::Bad);
+    assert_eq!(level(&["/projectile/offset_mm=[12.6,0]", "/pack/edges=free"]), Level::Fine);
+    assert_eq!(level(&["/projectile/offset_mm=[19,0]", "/pack/edges=free"]), Level::Look, "beside it");
+    // Wider than the pack: it strikes the middle alone, until it is through.
+    let ball = r#"/projectile={"shape":"sphere","diameter_mm":40,"mass_g":250,"velocity_m_s":600}"#;
+    assert_eq!(level(&[ball, "/projectile/velocity_m_s=60"]), Level::Look);
+    assert_eq!(level(&[ball, "/solver/end_time_us=100"]), Level::Bad);
+}
+
+#[test]
+fn what_has_no_rim_is_not_told_to_round_it() {
+    let round =
+        [r#""cylinder","length_mm":9,"edge_radius_mm":2.75"#, r#""cone","length_mm":9"#, r#""sphere""#, r#""bar""#];
+    for shape in round.into_iter().chain([r#""cylinder","length_mm":12"#]) {
+        let body = format!(r#"/projectile={{"shape":{shape},"diameter_mm":5.5,"mass_g":3,"velocity_m_s":900}}"#);
+        let shot = Shot::new(&[&body, "/pack/edges=free", "/solver/contact_sampling=edges"]);
+        let (_, reason) = shot.level("sensitivity to the mesh under the hit");
+        assert!(!shot.run.events.is_empty() && reason.contains("rim") != round.contains(&shape), "{shape}: {reason}");
+    }
+}
+
+#[test]
 fn without_a_projectile_and_without_pictures_the_rest_is_there() {
     let mut shot = Shot::new(&["/projectile=null", "/pack/initial_velocity_m_s=[0,0,1]"]);
     let page = shot.page();

@@ -168,17 +168,18 @@ pub(super) fn percent(text: &str) -> Option<f64> {
     (0.0..=100.0).contains(&number).then_some(number / 100.0)
 }
 
-/// The candidate nearest to a word: fewest edits, and among those the longest common beginning.
+/// The candidate nearest to a word: fewest edits, at most a third of its letters, and among those the longest common beginning.
 pub(super) fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     // Beyond this length nothing resembles a key, and the table of edits would only cost time.
     let word: String = word.chars().take(100).collect();
-    candidates.into_iter().min_by_key(|candidate| {
+    let rank = |candidate: &&str| {
         let common = word.chars().zip(candidate.chars()).take_while(|(a, b)| a == b).count();
         // `mass` is meant as `mass_g`, however long the unit that was left out.
         let beginning = common == word.chars().count().min(candidate.chars().count()) && common >= 3;
         let edits = strsim::osa_distance(&word, candidate);
         (if beginning { edits.min(2) } else { edits }, std::cmp::Reverse(common))
-    })
+    };
+    candidates.into_iter().min_by_key(rank).filter(|near| rank(near).0 <= (word.chars().count() / 3).max(2))
 }
 
 /// Whether `pointer` is `above` or something inside it.
@@ -308,13 +309,15 @@ fn misplaced(place: &str, key: &Key, value: &Value, keys: &[Key], object: &Value
 /// The error of an unknown key. The nearest one comes first; the others are many, and the schema has them.
 fn unknown(pointer: &str, keys: &[Key], name: &str) -> CaseError {
     let object = if pointer.is_empty() { "the case" } else { pointer };
-    let near = nearest(name, keys.iter().map(|key| key.name)).unwrap_or_default();
+    let near = nearest(name, keys.iter().map(|key| key.name));
     // A key of this object without its unit is meant before one of another object.
-    let without_unit = near.strip_prefix(name).is_some_and(|unit| unit.starts_with('_'));
+    let without_unit = near.and_then(|near| near.strip_prefix(name)).is_some_and(|unit| unit.starts_with('_'));
     let elsewhere = pointers().into_iter().find(|pointer| pointer.rsplit('/').next() == Some(name) && !without_unit);
     let belongs = || elsewhere.map(|pointer| format!("{} belongs at {pointer}", quote(name)));
-    let help = belongs().unwrap_or_else(|| format!("did you mean {}? `ripstop schema` lists every key", quote(near)));
-    let expected = format!("{} or another of the {} keys of {object}", quote(near), keys.len());
+    let or = near.map_or("one".to_owned(), |near| format!("{} or another", quote(near)));
+    let meant = near.map(|near| format!("did you mean {}? ", quote(near))).unwrap_or_default();
+    let help = belongs().unwrap_or_else(|| format!("{meant}`ripstop schema` lists every key"));
+    let expected = format!("{or} of the {} keys of {object}", keys.len());
     CaseError::at(format!("{pointer}/{}", escape(name)), expected, format!("unknown key {}", quote(name))).help(help)
 }
 

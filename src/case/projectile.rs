@@ -282,7 +282,7 @@ impl Shape {
         }
     }
 
-    pub(super) fn is_bar(&self) -> bool {
+    pub(crate) fn is_bar(&self) -> bool {
         matches!(self, Self::Bar { .. })
     }
 

@@ -197,11 +197,13 @@ fn rebuilt(case: &Case, document: Value) -> Result<Case, Vec<CaseError>> {
 /// Parses one JSON document; errors are located by line and column.
 pub(super) fn parse(text: &str) -> Result<Value, CaseError> {
     let refused = |found| CaseError::at("line 1, column 1", "a JSON document", found);
-    if text.starts_with('\u{feff}') {
-        return Err(refused("a byte order mark (BOM)").help("save the file as UTF-8 without BOM"));
-    }
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text); // a byte order mark
     if text.trim().is_empty() {
         return Err(refused("an empty file"));
+    }
+    if text.trim_start().starts_with(['*', '$']) {
+        let help = "a case is JSON, with the yarns and the pack instead of cards: `ripstop new` writes one";
+        return Err(refused("what seems to be an LS-DYNA keyword file").help(help));
     }
     let value = serde_json::from_str(text).map_err(|error| explain(text, &error))?;
     duplicate(text).map_or(Ok(value), Err)

@@ -7,6 +7,7 @@ use clap::builder::RangedU64ValueParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use ripstop::case::{self, Case, CaseError};
+use ripstop::output::warnings;
 use ripstop::run::Precision;
 
 use super::bench::{BenchArguments, VerifyArguments};
@@ -285,9 +286,10 @@ pub(crate) struct FitArguments {
     pub(crate) print: PrintArguments,
 }
 
-/// The case of a file with changes, named after them.
+/// The case of a file with changes, named after them, unless its result would say nothing.
 pub(crate) fn read(path: &Path, sets: &[String]) -> Result<Case, CaseError> {
     let mut case = case::read(path, sets)?;
+    warnings::refuse(&case)?;
     case.name_changes(sets);
     Ok(case)
 }

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use crate::case::{Case, Edge, Layer, Projectile, Shape};
+use crate::physics::projectile_body::Body;
 use crate::run::outcome::Outcome;
 use crate::run::{Run, Sample};
 
@@ -12,6 +13,8 @@ const HIT: f64 = 2.0;
 const EDGE: f64 = 2.0;
 /// Share of what a projectile loses in all after which it is through, and what breaks then decides nothing [-].
 const THROUGH: f64 = 0.99;
+/// Distance from a clamped side within which a line of flight ends on the frame [m].
+const ON_FRAME: f64 = 1e-6;
 
 /// Broken yarns of a run. A yarn that broke in several places is one yarn and as many pieces.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -25,9 +28,8 @@ pub struct Breakage {
     pub at_edges: usize,
     /// All other pieces.
     pub elsewhere: usize,
-    /// Yarns that broke first at an edge that is held, and those that broke first at the hit, until the projectile is through.
-    pub torn_off: [usize; 2],
-    /// Both counts when the edges led by most; the final ones where they never led.
+    /// Yarns that broke first at an edge that is held, and those that broke first at the hit, until the projectile is through: when the edges
+    /// led by most; the final counts where they never led.
     pub torn_first: [usize; 2],
 }
 
@@ -37,9 +39,9 @@ impl Breakage {
         self.at_hit + self.at_edges + self.elsewhere
     }
 
-    /// Whether more yarns broke first at held edges than at the hit.
+    /// Whether more yarns had broken first at held edges than at the hit, at any time before the projectile was through.
     pub fn is_torn_off(&self) -> bool {
-        self.torn_off[0] > self.torn_off[1]
+        self.torn_first[0] > self.torn_first[1]
     }
 
     /// Broken yarns of a run of a case.
@@ -77,7 +79,6 @@ impl Breakage {
                 found.torn_first = now;
             }
         }
-        found.torn_off = now;
         if found.torn_first == [0; 2] {
             found.torn_first = now;
         }
@@ -89,7 +90,22 @@ impl Breakage {
 /// Distance of the hit from the nearest clamped side of any ply [m].
 pub(super) fn clearance(case: &Case) -> f64 {
     let aim = case.projectile.as_ref().map_or([0.0; 2], |p| p.offset);
-    case.layers().iter().map(|layer| PlyLayout::new(case, layer).to_clamp(aim)).fold(f64::INFINITY, f64::min)
+    let layers = case.layers();
+    let sides = layers.iter().flat_map(|layer| PlyLayout::new(case, layer).inwards(aim));
+    sides.filter(|(edge, _)| *edge == Edge::Clamped).map(|(_, from)| from).fold(f64::INFINITY, f64::min)
+}
+
+/// Whether no ply has free fabric in the way: the line of flight ends on its frame, or the body passes beside it.
+pub(super) fn is_missed(case: &Case, projectile: &Projectile) -> bool {
+    let mut aim = projectile.offset;
+    if let Shape::Bar { along, .. } = projectile.shape {
+        aim[along as usize] = 0.0; // it is as long as the pack
+    }
+    // What flies or lies aslant sweeps over more of the plane.
+    let body = Body::new(projectile).filter(|_| [projectile.obliquity, projectile.yaw] != [0.0; 2]);
+    let reach = body.map_or(0.5 * projectile.shape.diameter(), |b| b.bounding_radius / projectile.obliquity.cos());
+    let is_off = |(edge, from): (Edge, f64)| from <= if edge == Edge::Clamped { ON_FRAME } else { -reach };
+    case.layers().iter().all(|layer| PlyLayout::new(case, layer).inwards(aim).into_iter().any(is_off))
 }
 
 /// Time from which on what breaks decides nothing: the projectile has lost nearly all it will lose to the pack that it perforates [s].
@@ -154,14 +170,12 @@ impl PlyLayout {
         inwards(0).min(inwards(1))
     }
 
-    /// Distance of a place in the pack's plane from the nearest clamped side of the ply, less than nothing beyond it [m].
-    fn to_clamp(&self, [x, y]: [f64; 2]) -> f64 {
+    /// Distances of a place in the pack's plane from the sides of the ply, less than nothing beyond them [m].
+    fn inwards(&self, [x, y]: [f64; 2]) -> [(Edge, f64); 4] {
         let [c, s] = self.turn;
         let at = [c * x + s * y, c * y - s * x];
-        let sides = [0, 1].into_iter().flat_map(|axis| [0, 1].map(|end| (axis, end)));
-        let clamped = sides.filter(|(axis, end)| self.sides[*axis][*end] == Edge::Clamped);
-        let inwards = |(axis, end): (usize, usize)| self.half_size[axis] + at[axis] * [1.0, -1.0][end];
-        clamped.map(inwards).fold(f64::INFINITY, f64::min)
+        [(0, 0), (0, 1), (1, 0), (1, 1)]
+            .map(|(axis, end)| (self.sides[axis][end], self.half_size[axis] + at[axis] * [1.0, -1.0][end]))
     }
 
     /// Whether an element begins near a side of the ply that `counts`. The outermost always does, however long it is.
@@ -279,6 +293,6 @@ mod tests {
         // No frame is there to tear off where a side is free.
         let free = crate::case::shipped(&[&sets[..], &[r#"/pack/edges={"left": "free"}"#]].concat());
         let broken = Breakage::of(&free, &Run { events: vec![hit(1), edge(2), edge(3)], ..run.clone() });
-        assert_eq!((broken.at_edges, broken.torn_off), (2, [0, 1]));
+        assert_eq!((broken.at_edges, broken.torn_first), (2, [0, 1]));
     }
 }

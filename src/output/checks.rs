@@ -29,6 +29,10 @@ pub const CELLS_LIMIT: f64 = 3.0;
 const NEGLIGIBLE: f64 = 1e-4;
 /// Energy from nowhere above which a result is not to be used, over what was exchanged or what the fabric holds [-].
 const UNUSABLE: f64 = 0.1;
+/// Reason to look at a projectile that has met nothing.
+const MISSED: &str = "the projectile never met the fabric: look at /projectile/offset_mm";
+/// Share of the projectile's impulse that went into the frame that is to be looked at, and that makes it no shot on fabric [-].
+const FRAME_LIMITS: [f64; 2] = [0.01, 0.05];
 /// Share of unit cells without equilibrium that no longer is a matter of a few places [-].
 const UNCONVERGED_LIMIT: f64 = 1e-6;
 /// Residual of a unit cell that is rounding and no more, over the breaking load, in double and in single precision [-]: some fifty times what the
@@ -262,10 +266,7 @@ fn ply_penetration(case: &Case, run: &Run) -> Check {
 
 /// Elements that a projectile is wide; of a bar, which meets whole rows of nodes, that says nothing.
 fn width(case: &Case) -> Option<Check> {
-    let shape = case.projectile.as_ref()?.shape;
-    if matches!(shape, Shape::Bar { .. }) {
-        return None;
-    }
+    let shape = case.projectile.as_ref().map(|p| p.shape).filter(|shape| !shape.is_bar())?;
     let sides = case.layers().iter().map(|layer| layer.mesh.length[0].max(layer.mesh.length[1])).fold(0.0, f64::max);
     let cells = shape.diameter() / sides;
     let level = look_if(cells < CELLS_LIMIT);
@@ -295,8 +296,7 @@ pub fn scatter(case: &Case, run: &Run) -> Option<f64> {
 fn mesh_under_hit(case: &Case, run: &Run) -> Check {
     let broken: u64 = run.history.last().map_or(0, |row| row.failed.iter().sum());
     let load = run.history.iter().map(|row| row.balance.max_load).fold(0.0, f64::max);
-    let body = case.projectile.as_ref().and_then(Body::new);
-    let has_rim = body.is_some_and(|body| body.profile.has_round_rim());
+    let has_rim = case.projectile.as_ref().and_then(Body::new).is_some_and(|body| body.profile.has_round_rim());
     let edge_radius = case.projectile.as_ref().map_or(0.0, |p| p.edge_radius);
     // An ogive without a tip is half a ball, and so is a cylinder whose rim is rounded off.
     let round = |shape: &Shape| {
@@ -304,14 +304,15 @@ fn mesh_under_hit(case: &Case, run: &Run) -> Check {
     };
     let is_ball = case.projectile.as_ref().is_some_and(|p| round(&p.shape) && !p.shape.is_pointed());
     let tip = case.projectile.as_ref().filter(|p| p.shape.is_pointed()).map(|p| p.edge_radius);
+    let is_bar = case.projectile.as_ref().is_some_and(|p| p.shape.is_bar());
     let reason = if broken == 0 && !is_ball && load > NEAR_BREAKING {
         "no yarn broke, but one came near to it: with another mesh the projectile may pass"
     } else if broken == 0 || is_ball {
         ""
     } else if tip == Some(0.0) {
         "a sharp point: fabric stands on it or slips off, which no mesh decides; give it its edge_radius_mm"
-    } else if tip.is_some() {
-        "a point: what a perforation takes depends on the mesh; compare with \"accuracy\": \"converged\""
+    } else if tip.is_some() || is_bar {
+        "a point or a bar: what a perforation takes depends on the mesh; compare with \"accuracy\": \"converged\""
     } else if edge_radius > 0.0 {
         "a rim: finer elements change the energy that a perforation takes; compare with \"accuracy\": \"converged\""
     } else if !has_rim || case.solver.contact_sampling == ContactSampling::Edges {
@@ -337,21 +338,25 @@ fn mesh_under_hit(case: &Case, run: &Run) -> Check {
 /// Place of the hit: on fabric, not beside it, nor on what holds it.
 fn aim(case: &Case, run: &Run) -> Check {
     let (to_frame, radius) = (clearance(case), case.projectile.as_ref().map_or(0.0, |p| 0.5 * p.shape.diameter()));
-    let reason = if run.history.iter().all(|row| row.contact_force == 0.0) {
-        "the projectile never met the fabric: look at /projectile/offset_mm"
-    } else if to_frame < radius {
-        "the projectile struck the clamps too: what they took is not the fabric's"
-    } else {
-        ""
-    };
-    let value = format!("{} mm from the nearest clamp", short(1e3 * to_frame, 3));
+    let has_missed = run.history.iter().all(|row| row.contact_force == 0.0);
+    let is_over = to_frame < radius;
+    let reasons = [
+        if has_missed { MISSED } else { "the projectile reaches over the clamps: what they take is not the fabric's" },
+        "the frame took more than a little of the impulse, or the projectile went through it: take a larger pack, aim farther inside",
+    ];
+    let share = if is_over && run.outcome == Outcome::Perforated { 1.0 } else { run.frame_share };
+    let level = level(share, FRAME_LIMITS).max(look_if(has_missed || is_over));
+    let took = format!(", which took {} of the impulse", fraction(run.frame_share));
+    let took = if run.frame_share > 0.0 { &took } else { "" };
+    let value = format!("{} mm from the nearest clamp{took}", short(1e3 * to_frame, 3));
     let value = if to_frame.is_finite() { value } else { "no clamp".to_owned() };
-    Check::new("place of the hit", value, look_if(!reason.is_empty()), [reason, ""])
+    Check::new("place of the hit", value, level, reasons)
 }
 
 /// Hold of the fabric in its frame until the outcome was decided.
 fn frame(case: &Case, run: &Run) -> Check {
-    let [torn, cut] = Breakage::of(case, run).torn_first;
+    let broken = Breakage::of(case, run);
+    let [torn, cut] = broken.torn_first;
     let reasons = [
         "more than at the hit by then: the fabric tore off its frame and flew with the projectile; a slower shot may pass where this one is \
          stopped, and in a test fabric slips in its clamps",
@@ -359,7 +364,8 @@ fn frame(case: &Case, run: &Run) -> Check {
     ];
     let [value, at_hit] = [torn, cut].map(|count| grouped(count as u64));
     let message = format!("{value} yarns had broken at the edges, {at_hit} at the hit");
-    Check::new("broken at the edges", value, look_if(torn > cut), reasons).warned(8, torn as f64, cut as f64, message)
+    let check = Check::new("broken at the edges", value, look_if(broken.is_torn_off()), reasons);
+    check.warned(8, torn as f64, cut as f64, message)
 }
 
 fn newton(run: &Run) -> Check {

@@ -2,13 +2,14 @@
 
 use serde::Serialize;
 
+use super::breakage::is_missed;
 use super::number::short;
-use crate::case::{Case, Field, Layer, Motion, Shape};
+use crate::case::{Case, CaseError, Field, Layer, Motion};
 
 /// Mean densities a projectile may have [kg/m³]: from light plastics to osmium.
 const DENSITY_LIMITS: [f64; 2] = [900.0, 22_600.0];
-/// Areal density over that of the yarns, or the reverse, that no coating makes [-].
-const AREAL_FACTOR: f64 = 3.0;
+/// Difference of a given areal density from that of the yarns, over the latter, that is pointed out, and that is refused [-].
+const AREAL_LIMITS: [f64; 2] = [0.05, 0.25];
 /// Difference of a given mass from that of the given density, over the latter [-].
 const DENSITY_TOLERANCE: f64 = 0.05;
 
@@ -44,10 +45,7 @@ pub(super) fn assumed(case: &Case) -> Option<Warning> {
 
 /// Warning of a mass that no solid of this size has.
 pub(super) fn mass(case: &Case) -> Option<Warning> {
-    let projectile = case.projectile.as_ref()?;
-    if matches!(projectile.shape, Shape::Bar { .. }) || projectile.motion == Motion::Prescribed {
-        return None;
-    }
+    let projectile = case.projectile.as_ref().filter(|p| !p.shape.is_bar() && p.motion == Motion::Free)?;
     let volume = projectile.shape.volume();
     let found = projectile.mass / volume;
     let body = format!("{} g in {} cm³ are {found:.0} kg/m³", short(projectile.mass * 1e3, 3), short(volume * 1e6, 3));
@@ -63,13 +61,47 @@ pub(super) fn mass(case: &Case) -> Option<Warning> {
     Some(warning(7, found, limit, body + &words))
 }
 
+/// The first of those groups of plies that weigh other than their yarns by so much [-], with both areal densities [g/m²].
+fn off_weight(case: &Case, limit: f64, counts: impl Fn(usize, &Layer) -> bool) -> Option<(usize, [f64; 2])> {
+    let weights = |layer: &Layer| [layer.fabric.areal_density, layer.fabric.areal_density_of_yarns()];
+    let is_off = |[given, yarns]: [f64; 2]| (given / yarns - 1.0).abs() >= limit;
+    let layers = case.layers();
+    let (index, off) =
+        layers.iter().enumerate().find(|(index, layer)| is_off(weights(layer)) && counts(*index, layer))?;
+    Some((index, weights(off).map(|density| density * 1e3)))
+}
+
 /// Warning of a fabric that weighs other than its yarns.
 pub(super) fn areal_density(case: &Case) -> Option<Warning> {
-    let found = |layer: &Layer| [layer.fabric.areal_density, layer.fabric.areal_density_of_yarns()];
-    let is_slip = |[given, yarns]: &[f64; 2]| !(yarns / AREAL_FACTOR..=yarns * AREAL_FACTOR).contains(given);
-    let [given, yarns] = case.layers().iter().map(found).find(is_slip)?.map(|density| density * 1e3);
-    let words = format!("a ply of {} g/m² has yarns of {} g/m²: a slip of a unit", short(given, 3), short(yarns, 3));
-    Some(warning(7, given, yarns, words))
+    let (_, [given, yarns]) = off_weight(case, AREAL_LIMITS[0], |_, _| true)?;
+    Some(warning(7, given, yarns, format!("a ply of {} g/m² has yarns of {} g/m²", short(given, 4), short(yarns, 4))))
+}
+
+/// Refuses a case whose result would say nothing: a projectile that meets no fabric, a fabric that cannot weigh what it is said to.
+///
+/// # Errors
+/// The first of them. An areal density marked as assumed, or of a fabric without yarns one way, which resin may hold, is [`KINDS`] W7 only.
+pub fn refuse(case: &Case) -> Result<(), CaseError> {
+    let file = case.path.display().to_string();
+    if let Some(projectile) = case.projectile.as_ref().filter(|projectile| is_missed(case, projectile)) {
+        let [x, y] = projectile.offset.map(|offset| short(offset * 1e3, 4));
+        let expected = "a hit on free fabric, inside the frame and the sides of the pack";
+        let help = "a body aimed at a clamped side strikes the frame, one that passes the sides strikes nothing";
+        return Err(CaseError::new(&file, "/projectile/offset_mm", expected, format!("[{x}, {y}] mm"), help));
+    }
+    let field = |index: usize| {
+        let own = format!("/pack/layup/{index}/fabric/areal_density_g_m2");
+        let at = |pointer: &str| case.fields.iter().find(|field| field.pointer == pointer);
+        at(&own).or_else(|| at("/fabric/areal_density_g_m2"))
+    };
+    let is_woven = |layer: &Layer| layer.fabric.warp.present && layer.fabric.weft.present;
+    let counts = |index, layer: &Layer| is_woven(layer) && field(index).is_some_and(|field| !field.assumed);
+    let Some((index, [given, yarns])) = off_weight(case, AREAL_LIMITS[1], counts) else { return Ok(()) };
+    let place = field(index).map_or("/fabric", |field| &field.pointer);
+    let expected = format!("about {} g/m², which the yarns weigh by linear density, crimp and count", short(yarns, 4));
+    let help =
+        "look at the units of both, or leave it out; of coated fabric let /sources say \"assumed: coated\" for it";
+    Err(CaseError::new(&file, place, expected, format!("{} g/m²", short(given, 4)), help))
 }
 
 /// Kind of warning; `ripstop explain` says more.

@@ -300,6 +300,10 @@ impl RunRecord {
             run.carried_velocity = tracker.carried_velocity();
             run.rebound_velocity = tracker.rebound_velocity;
         }
+        let [held, all] = self.balance.frame;
+        // A drive takes whatever there is.
+        let is_free = model.projectile.as_ref().is_some_and(|body| !body.prescribed);
+        run.frame_share = if is_free && all > 0.0 { held / all } else { 0.0 };
         run.hourglass_fraction = if internal > 0.0 { hourglass / internal } else { 0.0 };
         run.energy_error /= run.exchanged_energy;
         run.energy_gained /= run.exchanged_energy;

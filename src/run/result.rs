@@ -91,6 +91,8 @@ pub struct Run {
     pub fabric_energy: f64,
     /// Most energy that the fabric ever had from the projectile, from drives and from before the shot [J]: what errors are held against.
     pub exchanged_energy: f64,
+    /// Share of the impulse of a free projectile along the pack's normal that held nodes took [-].
+    pub frame_share: f64,
     /// Largest penetration of a node into the projectile [m].
     pub max_penetration: f64,
     /// Largest penetration of a node into a neighbouring ply [m].

@@ -39,6 +39,8 @@ pub struct EnergyBalance {
     pub external: f64,
     /// Impulse of supports and drives on fabric and projectile [N·s].
     pub support: [f64; 3],
+    /// Impulses along the pack's normal between the projectile and held nodes, and all nodes, without their signs [N·s].
+    pub(crate) frame: [f64; 2],
     /// Impulse of the projectile on the fabric since the last sample was taken [N·s].
     pub contact_impulse: [f64; 3],
     /// Fabric kinetic energy at the time of the positions of the last sample [J], as all that follows.
@@ -174,6 +176,8 @@ impl EnergyBalance {
         self.contact += c.dissipation;
         self.friction += c.friction;
         self.external += c.external;
+        self.frame[0] += c.support[2].abs();
+        self.frame[1] += c.impulse[2].abs();
         for a in 0..3 {
             self.contact_impulse[a] -= c.impulse[a];
             self.support[a] += c.support[a];

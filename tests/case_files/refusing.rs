@@ -33,7 +33,7 @@ fn every_damage_of_a_text_or_a_file_keeps_its_words() {
         String::new(),
         " \n\t".to_owned(),
         "[".repeat(10_000),
-        format!("\u{feff}{text}"),
+        "\u{feff}$# a deck\n*KEYWORD\n".to_owned(),
         format!("{text} trailing"),
         text.replacen("\"mass_g\"", "\"diameter_mm\"", 1),
         text.replacen("\"mass_g\"", "mass_g", 1),
@@ -41,6 +41,7 @@ fn every_damage_of_a_text_or_a_file_keeps_its_words() {
         "[]".to_owned(),
         "null".to_owned(),
     ];
+    assert!(case::from_str("marked.json", &format!("\u{feff}{text}"), &[]).is_ok(), "a byte order mark");
     let mut words = String::new();
     for damaged in texts.into_iter().chain(values.map(|value| text.replacen("100", value, 1))) {
         let error = case::from_str("damaged.json", &damaged, &[]).unwrap_err();

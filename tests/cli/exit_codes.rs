@@ -10,6 +10,8 @@ fn bad_input_is_2_and_nothing_is_written() {
     let bench = Bench::new(&small());
     fs::write(bench.path("broken.json"), "{ \"title\": ").unwrap();
     fs::write(bench.path("file"), "").unwrap();
+    let heavy = small_with("/fabric/areal_density_g_m2", json!(2552));
+    fs::write(bench.path("s-720.json"), heavy["fabric"].to_string()).unwrap();
     let before = bench.names(".");
     let refused = [
         ("run broken.json", "line 1, column"),
@@ -17,6 +19,13 @@ fn bad_input_is_2_and_nothing_is_written() {
         ("run shot.json --set /projectile/velocity=1", "velocity_m_s"),
         ("run shot.json --set /pack/pretension/warp_n_per_m=1e7", "/pack/pretension"),
         (&format!("run shot.json --set {OVERLAP}"), "/projectile"),
+        // The pack has 30.48 mm, the projectile a radius of 2.75 mm.
+        ("run shot.json --set /projectile/offset_mm=[0,15.24]", "found: [0, 15.24] mm"),
+        ("v50 shot.json --set /pack/edges=free --set /projectile/offset_mm=[-18,0]", "a hit on free fabric"),
+        ("run shot.json --set /fabric/areal_density_g_m2=0.2552", "about 252.9 g/m²"),
+        ("check shot.json --set /fabric/areal_density_g_m2=189.6", "found: 189.6 g/m²"),
+        ("run shot.json --set /fabric/areal_density_g_m2=316.2", "/fabric/areal_density_g_m2"),
+        (r#"run shot.json --set /pack/layup=[{},{"fabric":{"file":"s-720.json"}}]"#, "/pack/layup/1/fabric/areal"),
         (&format!("check shot.json --set {OVERLAP}"), "/projectile"),
         ("run shot.json --out file", "a file"),
         ("run shot.json --out file/below", "file/below"),
@@ -70,6 +79,16 @@ fn bad_input_is_2_and_nothing_is_written() {
         assert_eq!(message.matches("error: ").count(), 1, "{line}: {message}");
         assert!(output.stdout.is_empty(), "{line}");
         assert_eq!(bench.names("."), before, "{line}");
+    }
+    // Just inside of the frame, past a free edge but not beside it; tape, whose resin has a weight, and a coating that is said.
+    for set in [
+        "/projectile/offset_mm=[0,15.2]",
+        "/pack/edges=free --set /projectile/offset_mm=[17.9,0]",
+        r#"/fabric/weft={"absent":true,"count_per_inch":20}"#,
+        r#"/fabric/areal_density_g_m2=900 --set /sources={"/fabric/areal_density_g_m2":"assumed:coated"}"#,
+    ] {
+        let output = bench.ripstop(&format!("check shot.json --set {set}").split(' ').collect::<Vec<_>>());
+        assert_eq!(code(&output), 0, "{set}: {}", stderr(&output));
     }
     // A kind of skip follows an equals sign only: a word by itself is the case.
     let output = bench.ripstop(&["run", "--backend", "cpu", "--quiet", "--no-skip", "shot.json"]);

@@ -47,6 +47,23 @@ fn the_table_begins_with_the_verdict_and_holds_what_a_reader_asks_for() {
 }
 
 #[test]
+fn numbers_on_the_terminal_are_those_of_the_summary() {
+    let names = ["peak_yarn_tension_n", "breaking_load_ratio", "last_ply_deflection_mm", "peak_contact_force_n"];
+    let expect = names.map(|name| json!({"quantity": name, "min": 0, "source": "t"}));
+    let bench = Bench::new(&small_with("/expect", json!(expect)));
+    let text = stdout(&bench.shoot(&["--set", "/projectile/velocity_m_s=100", "--out", "out/shot"]));
+    let summary = bench.json("out/shot/summary.json");
+    let own = [("max_deflection_mm", "deflected "), ("breaking_load_ratio", "under the hit  at most ")];
+    let expected = names.map(|name| (name, format!("pass  {name} ≥ 0, got ")));
+    for (name, before) in own.map(|(name, before)| (name, before.to_owned())).iter().chain(&expected) {
+        let unit = if before.ends_with("most ") { 100.0 } else { 1.0 };
+        let shown = text.split_once(before).unwrap().1.split_whitespace().next().unwrap();
+        let (shown, kept) = (shown.parse::<f64>().unwrap() / unit, summary[*name].as_f64().unwrap());
+        assert!(kept > 0.0 && (shown / kept - 1.0).abs() < 1e-3, "{name}: {shown} for {kept}");
+    }
+}
+
+#[test]
 fn a_reader_that_goes_away_is_no_error() {
     let bench = Bench::new(&small());
     for arguments in [&["schema"][..], &["check", "shot.json"], &["run", "shot.json", "--backend", "cpu"]] {
@@ -154,6 +171,9 @@ fn warnings_of_a_case_are_shown_by_check_and_by_the_run() {
         ("/projectile/mass_g=30", &["W1", "W7"]),
         ("/projectile/density_kg_m3=2700", &["W1", "W7"]), // the mass given is a tenth more
         ("/projectile/density_kg_m3=2950", &["W1"]),
+        ("/fabric/areal_density_g_m2=265", &["W1"]), // of yarns of 252.9 g/m²
+        ("/fabric/areal_density_g_m2=266", &["W1", "W7"]),
+        ("/fabric/areal_density_g_m2=190", &["W1", "W7"]),
         ("/pack/crossovers_per_element=2", &["W1", "W5", "W6"]),
     ] {
         let text = stdout(&bench.ripstop(&["check", "shot.json", "--set", set]));
