@@ -1,9 +1,8 @@
 //! Balance of energy and momentum, always on.
 //!
-//! Internal work is the work of element forces on element deformation, by the trapezoidal rule; kinetic energy is
-//! taken at the time of the positions, K = ½ Σ m v⁺·(v⁺ − Δt f/m). With these two the leapfrog keeps
-//! K + work + contact + friction − external constant to round-off, so that any difference is an error of
-//! assembly, contact, failure or number range, and not of bookkeeping.
+//! Internal work is the work of element forces on element deformation, by the trapezoidal rule; kinetic energy is taken at the time of the
+//! positions, K = ½ Σ m v⁺·(v⁺ − Δt f/m). With these two the leapfrog keeps K + work + contact + friction − external constant to round-off, so
+//! that any difference is an error of assembly, contact, failure or number range, and not of bookkeeping.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -280,8 +279,7 @@ impl EnergyBalance {
         self.law_energy + self.law_released - self.initial.map_or(0.0, |i| i.law_energy)
     }
 
-    /// Energy by state functions beyond what was put in and what the unit-cell law makes, at the last sample: what the arithmetic has
-    /// invented [J].
+    /// Energy by state functions beyond what was put in and what the law makes, at the last sample: what the arithmetic invented [J].
     pub(crate) fn gained(&self) -> f64 {
         let Some(i) = self.initial else { return 0.0 };
         let unearned = self.stored + self.viscous + self.released[0] - i.stored + self.hourglass_work() - self.work;

@@ -20,7 +20,7 @@ use crate::solver::failure::yarn_tension;
 use crate::solver::state::State;
 
 /// Keyframes shown at most, the first and the last among them.
-pub(in crate::output) const KEYFRAMES: usize = 61;
+pub(crate) const KEYFRAMES: usize = 61;
 /// Nodes of a keyframe at most, about.
 const NODES: usize = 5000;
 /// Plies shown at most.
@@ -65,7 +65,7 @@ pub struct AnimatedPly {
     /// Reference positions of the nodes kept, in the axes of the pack, row by row [m].
     pub reference: Vec<[f32; 3]>,
     /// The lines, counted in the part that is computed.
-    pub(in crate::output) own: [Vec<usize>; 2],
+    pub(crate) own: [Vec<usize>; 2],
 }
 
 impl AnimatedPly {
@@ -132,7 +132,7 @@ fn kept_lines(last: usize, hit: usize, most: usize) -> Vec<usize> {
 }
 
 /// Plies to show, evenly from the first to the last.
-pub(in crate::output) fn shown(plies: usize) -> Vec<usize> {
+pub(crate) fn shown(plies: usize) -> Vec<usize> {
     if plies <= PLIES {
         return (0..plies).collect();
     }
@@ -152,7 +152,7 @@ pub struct Animation {
     /// Mirror planes: shown is the part at x ≥ 0, y ≥ 0.
     pub planes: MirrorPlanes,
     /// Surface of the projectile.
-    pub(in crate::output) body: Option<SurfaceMesh>,
+    pub(crate) body: Option<SurfaceMesh>,
     /// Point of impact [m].
     hit: [f64; 2],
     schedule: Schedule,

@@ -36,7 +36,7 @@ fn line(name: &str, rows: &[Sample], of: impl Fn(&Sample) -> f64) -> Line {
 }
 
 /// Projectile velocity.
-pub(in crate::output) fn velocity(run: &Run) -> Figure {
+pub(crate) fn velocity(run: &Run) -> Figure {
     let of = |row: &Sample| row.projectile_velocity;
     let [first, last] = [run.history.first(), run.history.last()].map(|row| row.map_or(0.0, of));
     let caption = format!("From {} to {} m/s along the line of flight.", short(first, 4), short(last, 3));
@@ -45,7 +45,7 @@ pub(in crate::output) fn velocity(run: &Run) -> Figure {
 }
 
 /// Contact force.
-pub(in crate::output) fn force(run: &Run) -> Figure {
+pub(crate) fn force(run: &Run) -> Figure {
     let peak = run.history.iter().filter(|row| row.contact_force != 0.0);
     let peak = peak.max_by(|a, b| a.contact_force.total_cmp(&b.contact_force));
     let caption = peak.map_or("none.".to_owned(), |row| {
@@ -57,7 +57,7 @@ pub(in crate::output) fn force(run: &Run) -> Figure {
 }
 
 /// Failures of yarns.
-pub(in crate::output) fn failures(case: &Case, run: &Run) -> Figure {
+pub(crate) fn failures(case: &Case, run: &Run) -> Figure {
     let (mut caption, mut plot) = ("none.".to_owned(), None);
     if let Some(first) = run.events.first() {
         let broken = Breakage::of(case, run);
@@ -74,7 +74,7 @@ pub(in crate::output) fn failures(case: &Case, run: &Run) -> Figure {
 }
 
 /// Deflection of the first and the last ply.
-pub(in crate::output) fn deflection(animation: &Animation) -> Option<Figure> {
+pub(crate) fn deflection(animation: &Animation) -> Option<Figure> {
     let mut plies = vec![0, animation.plies.len().checked_sub(1)?];
     plies.dedup();
     let at = |keyframe: &Keyframe, ply: usize| [keyframe.time * 1e6, 1e3 * keyframe.deflections[ply]];
@@ -86,7 +86,7 @@ pub(in crate::output) fn deflection(animation: &Animation) -> Option<Figure> {
 }
 
 /// Energies and their sum.
-pub(in crate::output) fn energy(run: &Run) -> Figure {
+pub(crate) fn energy(run: &Run) -> Figure {
     let curves: [HistoryCurve; 9] = [
         ("projectile", |row| row.balance.projectile),
         ("fabric, kinetic", |row| row.balance.kinetic),
@@ -109,7 +109,7 @@ pub(in crate::output) fn energy(run: &Run) -> Figure {
 }
 
 /// Deflection profiles that the case asks for.
-pub(in crate::output) fn profiles(case: &Case, run: &Run) -> Option<Figure> {
+pub(crate) fn profiles(case: &Case, run: &Run) -> Option<Figure> {
     let (count, shown) = (run.profiles.len(), run.profiles.len().min(PROFILES));
     let chosen = (1..=shown).map(|n| &run.profiles[n * count / shown - 1]);
     let line = |profile: &DeflectionProfile| -> Line {
@@ -130,7 +130,7 @@ pub(in crate::output) fn profiles(case: &Case, run: &Run) -> Option<Figure> {
 }
 
 /// `shot.svg`: the shot at a glance.
-pub(in crate::output) fn shot(case: &Case, run: &Run) -> String {
+pub(crate) fn shot(case: &Case, run: &Run) -> String {
     let (word, speed) = (run.outcome.word(), residual_velocity(case, run).unwrap_or(0.0));
     let verdict = match (run.outcome, run.stop_time) {
         (Outcome::Perforated | Outcome::Rebounded, _) => format!("{word}, {speed:.1} m/s left"),

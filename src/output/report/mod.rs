@@ -1,14 +1,14 @@
 //! Pictures of a run: figures, `shot.svg`, surfaces of bodies and plies, and the page `report.html` with its playback.
 
-pub(in crate::output) mod animation;
-pub(in crate::output) mod figures;
+pub(crate) mod animation;
+pub(crate) mod figures;
 #[cfg(feature = "report")]
 mod page;
 #[cfg(feature = "report")]
 mod playback;
 #[doc(hidden)]
 pub mod plot;
-pub(in crate::output) mod surface;
+pub(crate) mod surface;
 
 #[cfg(feature = "report")]
 pub use self::page::report;

@@ -30,7 +30,7 @@ fn colour(share: f64) -> [u8; 3] {
 }
 
 /// All colours as a gradient of CSS, from left to right.
-pub(in crate::output) fn gradient() -> String {
+pub(crate) fn gradient() -> String {
     let stops = (0..=16).map(|n| colour(f64::from(n) / 16.0)).map(|[r, g, b]| format!(",#{r:02x}{g:02x}{b:02x}"));
     format!("linear-gradient(to right{})", stops.collect::<String>())
 }
@@ -141,7 +141,7 @@ fn describe(case: &Case, animation: &Animation, steps: &Rounding) -> Value {
 }
 
 /// The player: its controls, which the script brings to life, and the numbers it needs.
-pub(in crate::output) fn player(case: &Case, animation: &Animation) -> Markup {
+pub(crate) fn player(case: &Case, animation: &Animation) -> Markup {
     let steps = Rounding::of(animation);
     let description = describe(case, animation, &steps);
     let numbers = BASE64_STANDARD.encode(deflated(&bytes(animation, &steps)));

@@ -16,16 +16,16 @@ const RINGS: usize = 12;
 
 /// A surface of triangles and quads.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(in crate::output) struct SurfaceMesh {
+pub(crate) struct SurfaceMesh {
     /// In the body's axes [m].
-    pub(in crate::output) points: Vec<[f64; 3]>,
+    pub(crate) points: Vec<[f64; 3]>,
     /// Corners of the faces, three or four each.
-    pub(in crate::output) faces: Vec<Vec<usize>>,
+    pub(crate) faces: Vec<Vec<usize>>,
 }
 
 impl SurfaceMesh {
     /// The surface of a body; a bar reaches as far as the nodes of the pack it lies on [m].
-    pub(in crate::output) fn new<'a>(body: &Body, pack: impl Iterator<Item = &'a [f32; 3]>) -> Self {
+    pub(crate) fn new<'a>(body: &Body, pack: impl Iterator<Item = &'a [f32; 3]>) -> Self {
         let profile = &body.profile;
         if profile.bar {
             let (radius, half) =
@@ -76,7 +76,7 @@ impl SurfaceMesh {
     }
 
     /// Corners of the faces cut into triangles.
-    pub(in crate::output) fn triangles(&self) -> impl Iterator<Item = [usize; 3]> {
+    pub(crate) fn triangles(&self) -> impl Iterator<Item = [usize; 3]> {
         self.faces.iter().flat_map(|face| face[1..].windows(2).map(|pair| [face[0], pair[0], pair[1]]))
     }
 }

@@ -15,10 +15,7 @@ use crate::solver::contact::ply_search::{PlySearch, ROWS, SearchPart};
 /// Appends rows and columns of the nodes that may touch to the candidates, in order: in the precision of the state on numbers like `n`, in
 /// double precision on numbers like `d`. Compiled once.
 #[inline(never)]
-pub(in crate::solver) fn broad_phase<R: Real, D: Real<Scalar = f64>>(
-    (n, d): (R, D),
-    part: &mut SearchPart<'_, R::Scalar>,
-) {
+pub(crate) fn broad_phase<R: Real, D: Real<Scalar = f64>>((n, d): (R, D), part: &mut SearchPart<'_, R::Scalar>) {
     n.vectorize(
         #[inline(always)]
         || pass(n, d, part),
@@ -191,23 +188,23 @@ fn places<D: Real<Scalar = f64>, S: Scalar>(
 const LENGTH: usize = 4 * ROWS;
 
 /// Nodes along the neighbour's rows, in the neighbour's axes.
-pub(in crate::solver) struct NodeStrip<'a, S> {
+pub(crate) struct NodeStrip<'a, S> {
     /// [m]
-    pub(in crate::solver) displacement: [&'a [S]; 3],
+    pub(crate) displacement: [&'a [S]; 3],
     /// Reference places along the line [m], and rounded to the precision of the state.
-    pub(in crate::solver) place: &'a [f64],
+    pub(crate) place: &'a [f64],
     /// See `place`.
-    pub(in crate::solver) rounded: &'a [S],
+    pub(crate) rounded: &'a [S],
     /// The reference place across the line [m].
-    pub(in crate::solver) y: f64,
+    pub(crate) y: f64,
     /// Cells that the nodes are over.
-    pub(in crate::solver) over: &'a [u32],
+    pub(crate) over: &'a [u32],
     /// Range of the nodes to look at.
-    pub(in crate::solver) range: Range<usize>,
+    pub(crate) range: Range<usize>,
     /// Mirror planes that all of them lie on.
-    pub(in crate::solver) planes: Planes,
+    pub(crate) planes: Planes,
     /// The one that lies on a plane across the line.
-    pub(in crate::solver) crossed: Option<usize>,
+    pub(crate) crossed: Option<usize>,
 }
 
 /// A row of nodes of a ply that lies as its neighbour does.
@@ -232,7 +229,7 @@ fn strip_of_row<'a, S: Scalar>(
 }
 
 /// A part of a column of nodes of a ply that is laid across its neighbour.
-pub(in crate::solver) struct StripColumn<S> {
+pub(crate) struct StripColumn<S> {
     displacement: [[S; LENGTH]; 3],
     place: [f64; LENGTH],
     rounded: [S; LENGTH],
@@ -245,7 +242,7 @@ pub(in crate::solver) struct StripColumn<S> {
 impl<S: Scalar> StripColumn<S> {
     /// Room for columns within these rows, at most [`ROWS`] of them; `None` where the ply is not laid across its neighbour.
     #[inline(always)]
-    pub(in crate::solver) fn within(search: &PlySearch<'_, S>, rows: Range<usize>) -> Option<Self> {
+    pub(crate) fn within(search: &PlySearch<'_, S>, rows: Range<usize>) -> Option<Self> {
         let seen = |own: [f64; 3]| search.theirs.mesh.to_ply(search.own.mesh.to_pack(own));
         let turn = [seen([0.0, 1.0, 0.0])[0], seen([1.0, 0.0, 0.0])[1]];
         let zero = S::splat(0.0);
@@ -261,13 +258,13 @@ impl<S: Scalar> StripColumn<S> {
 
     /// The row of a node of the line.
     #[inline(always)]
-    pub(in crate::solver) fn row(&self, at: usize) -> usize {
+    pub(crate) fn row(&self, at: usize) -> usize {
         if self.turn[0] > 0.0 { self.rows.start + at } else { self.rows.end - 1 - at }
     }
 
     /// The part of a column. `over`: of the rows of the part, each of `across` nodes.
     #[inline(always)]
-    pub(in crate::solver) fn line(
+    pub(crate) fn line(
         &mut self,
         search: &PlySearch<'_, S>,
         column: usize,

@@ -43,7 +43,7 @@ impl Zone {
 }
 
 /// Nodes within `margin` of the body, or of it moved through the plies in front, in storage order: ply, row, column.
-pub(in crate::solver) fn find_candidates<S: Scalar>(
+pub(crate) fn find_candidates<S: Scalar>(
     model: &Model<S>,
     state: &State<S>,
     body: &RigidBody,

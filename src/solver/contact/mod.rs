@@ -3,7 +3,7 @@
 pub mod broad_phase;
 mod contact_candidates;
 pub mod edge_contact;
-pub(in crate::solver) mod ply_impulse;
+pub(crate) mod ply_impulse;
 pub mod ply_search;
 pub mod projectile_contact;
 pub mod projectile_points;

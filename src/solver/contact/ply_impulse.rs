@@ -24,17 +24,17 @@ use crate::solver::state::{ActiveRegion, Rows, State};
 type Contacts = [Vec<FoundContacts>; SIDES];
 
 /// Contact between the plies of a pack.
-pub(in crate::solver) struct PlyContact {
+pub(crate) struct PlyContact {
     /// Contacts of each ply.
     contacts: Vec<Contacts>,
     /// Impulses of each ply.
     accumulators: Vec<ImpulseAccumulator>,
     /// Largest distance that any node may have gone so far [m].
-    pub(in crate::solver) travel: f64,
+    pub(crate) travel: f64,
 }
 
 impl PlyContact {
-    pub(in crate::solver) fn new<S: Scalar>(model: &Model<S>) -> Self {
+    pub(crate) fn new<S: Scalar>(model: &Model<S>) -> Self {
         let [nodes, rows] = if model.plies.len() > 1 { [model.nodes_per_ply(), model.grid.rows + 1] } else { [0; 2] };
         let contacts = [(); SIDES].map(|()| vec![FoundContacts::default(); rows.div_ceil(ROWS)]);
         let plies = model.plies.len();
@@ -42,7 +42,7 @@ impl PlyContact {
     }
 
     /// Finds and applies the impulses of a step.
-    pub(in crate::solver) fn resolve<S: Scalar>(
+    pub(crate) fn resolve<S: Scalar>(
         &mut self,
         context: &mut Context<'_, S>,
         kernels: &dyn RowKernels<S>,

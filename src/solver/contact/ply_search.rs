@@ -16,11 +16,11 @@ use crate::solver::state::{ActiveRegion, State, node_stands, split};
 
 /// A ply as contact sees it, in the axes of the pack, and the state of its nodes.
 #[derive(Clone, Copy)]
-pub(in crate::solver) struct PlyView<'a, S> {
-    pub(in crate::solver) ply_type: &'a PlyType<S>,
-    pub(in crate::solver) mesh: &'a Mesh,
+pub(crate) struct PlyView<'a, S> {
+    pub(crate) ply_type: &'a PlyType<S>,
+    pub(crate) mesh: &'a Mesh,
     /// At rest [m].
-    pub(in crate::solver) z: f64,
+    pub(crate) z: f64,
     turned: bool,
     /// Rows of the ply's nodes.
     nodes: &'a [S],
@@ -28,7 +28,7 @@ pub(in crate::solver) struct PlyView<'a, S> {
 }
 
 impl<'a, S: Scalar> PlyView<'a, S> {
-    pub(in crate::solver) fn new(model: &'a Model<S>, state: &'a State<S>, ply: usize) -> Self {
+    pub(crate) fn new(model: &'a Model<S>, state: &'a State<S>, ply: usize) -> Self {
         let ply_type = model.ply_type(ply);
         let length = state.nodes.row_length();
         let first = model.grid.first_node_row(ply);
@@ -44,7 +44,7 @@ impl<'a, S: Scalar> PlyView<'a, S> {
 
     /// Displacements of a row of nodes, in the ply's axes [m].
     #[inline(always)]
-    pub(in crate::solver) fn row(&self, row: usize) -> [&'a [S]; 3] {
+    pub(crate) fn row(&self, row: usize) -> [&'a [S]; 3] {
         let start = (row * node::COUNT + node::DISPLACEMENT) * self.stride;
         split(&self.nodes[start..start + 3 * self.stride], self.stride)
     }
@@ -62,20 +62,20 @@ impl<'a, S: Scalar> PlyView<'a, S> {
 
     /// [m/s]
     #[inline(always)]
-    pub(in crate::solver) fn velocity(&self, row: usize, column: usize) -> Vector3<f64> {
+    pub(crate) fn velocity(&self, row: usize, column: usize) -> Vector3<f64> {
         self.to_pack(self.vector(node::VELOCITY, row, column))
     }
 
     /// Position at the end of the step [m].
     #[inline(always)]
-    pub(in crate::solver) fn position(&self, row: usize, column: usize) -> Vector3<f64> {
+    pub(crate) fn position(&self, row: usize, column: usize) -> Vector3<f64> {
         let [x, y, z] = self.vector(node::DISPLACEMENT, row, column);
         let [p, q] = self.mesh.reference(row, column);
         self.to_pack([p + x, q + y, self.z + z])
     }
 
     /// 1/mass along a direction [1/kg], in the whole scene: mirror planes hold no node in a single contact, only with its image.
-    pub(in crate::solver) fn inverse(&self, row: usize, column: usize, along: &Vector3<f64>) -> f64 {
+    pub(crate) fn inverse(&self, row: usize, column: usize, along: &Vector3<f64>) -> f64 {
         let inverse = &self.ply_type.row_mass(row).inverse;
         let [mut x, mut y, mut z] = [0, 1, 2].map(|a| inverse[a][column].to_f64());
         if let [across_x, across_y] = self.mesh.cut_across(row, column)
@@ -95,46 +95,46 @@ impl<'a, S: Scalar> PlyView<'a, S> {
 
 /// A node that comes too close to a cell of the neighbouring ply.
 #[derive(Clone, Debug)]
-pub(in crate::solver) struct PlyContactPoint {
-    pub(in crate::solver) row: usize,
-    pub(in crate::solver) column: usize,
+pub(crate) struct PlyContactPoint {
+    pub(crate) row: usize,
+    pub(crate) column: usize,
     /// Row and column of the cell.
-    pub(in crate::solver) cell: [usize; 2],
+    pub(crate) cell: [usize; 2],
     /// Weights of the cell's corners [-].
-    pub(in crate::solver) weights: [f64; 4],
+    pub(crate) weights: [f64; 4],
     /// Part of the node, and so of the contact, that is in the computed part of the scene.
-    pub(in crate::solver) part: f64,
+    pub(crate) part: f64,
     /// Unit vector along which the node is driven out.
-    pub(in crate::solver) normal: Vector3<f64>,
+    pub(crate) normal: Vector3<f64>,
     /// Least velocity along it [m/s].
-    pub(in crate::solver) limit: f64,
+    pub(crate) limit: f64,
     /// Speed at which the node is moved out of the surface [m/s].
-    pub(in crate::solver) recovery: f64,
+    pub(crate) recovery: f64,
     /// On the node [N·s].
-    pub(in crate::solver) impulse: Vector3<f64>,
+    pub(crate) impulse: Vector3<f64>,
     /// Impulse that moves it out without a velocity left [N·s].
-    pub(in crate::solver) correction: Vector3<f64>,
+    pub(crate) correction: Vector3<f64>,
 }
 
 /// Rows of nodes of a part.
-pub(in crate::solver) const ROWS: usize = 8;
+pub(crate) const ROWS: usize = 8;
 
 /// Contacts found in some rows of a ply's nodes, against one neighbour.
 #[derive(Clone, Debug, Default)]
-pub(in crate::solver) struct FoundContacts {
+pub(crate) struct FoundContacts {
     /// Contacts, in the order of the nodes.
-    pub(in crate::solver) points: Vec<PlyContactPoint>,
+    pub(crate) points: Vec<PlyContactPoint>,
     /// Deepest node of whole fabric inside the neighbouring ply [m].
-    pub(in crate::solver) penetration: f64,
+    pub(crate) penetration: f64,
     /// Lost by friction of the points [J].
-    pub(in crate::solver) friction: f64,
+    pub(crate) friction: f64,
     /// Candidates that were looked at.
-    pub(in crate::solver) candidates: Vec<[usize; 2]>,
+    pub(crate) candidates: Vec<[usize; 2]>,
 }
 
 impl FoundContacts {
     /// Keeps nothing but the memory.
-    pub(in crate::solver) fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.points.clear();
         self.candidates.clear();
         (self.penetration, self.friction) = (0.0, 0.0);
@@ -143,17 +143,17 @@ impl FoundContacts {
 
 /// Some rows of a search, which one thread does.
 pub struct SearchPart<'a, S> {
-    pub(in crate::solver) search: &'a PlySearch<'a, S>,
-    pub(in crate::solver) rows: Range<usize>,
-    pub(in crate::solver) columns: Range<usize>,
+    pub(crate) search: &'a PlySearch<'a, S>,
+    pub(crate) rows: Range<usize>,
+    pub(crate) columns: Range<usize>,
     /// Cells that the nodes of the rows are over.
-    pub(in crate::solver) over: &'a mut [u32],
-    pub(in crate::solver) found: &'a mut FoundContacts,
+    pub(crate) over: &'a mut [u32],
+    pub(crate) found: &'a mut FoundContacts,
 }
 
 impl<S: Scalar> SearchPart<'_, S> {
     /// Searches from every node that the broad phase lets through.
-    pub(in crate::solver) fn search(&mut self, kernels: &dyn RowKernels<S>) {
+    pub(crate) fn search(&mut self, kernels: &dyn RowKernels<S>) {
         kernels.broad_phase(self);
         let Self { search, rows, over, found, .. } = self;
         let across = search.across();
@@ -191,23 +191,17 @@ pub struct PlySearch<'a, S> {
     ply: usize,
     side: usize,
     other: usize,
-    pub(in crate::solver) own: PlyView<'a, S>,
-    pub(in crate::solver) theirs: PlyView<'a, S>,
+    pub(crate) own: PlyView<'a, S>,
+    pub(crate) theirs: PlyView<'a, S>,
     /// Column, row of the nodes on mirror planes.
-    pub(in crate::solver) planes: [Option<usize>; 2],
+    pub(crate) planes: [Option<usize>; 2],
     /// Distance of mid-planes in touch, and mean thickness [m].
-    pub(in crate::solver) touching: f64,
-    pub(in crate::solver) thickness: f64,
+    pub(crate) touching: f64,
+    pub(crate) thickness: f64,
 }
 
 impl<'a, S: Scalar> PlySearch<'a, S> {
-    pub(in crate::solver) fn new(
-        model: &'a Model<S>,
-        state: &'a State<S>,
-        ply: usize,
-        side: usize,
-        other: usize,
-    ) -> Self {
+    pub(crate) fn new(model: &'a Model<S>, state: &'a State<S>, ply: usize, side: usize, other: usize) -> Self {
         let [own, theirs] = [ply, other].map(|ply| PlyView::new(model, state, ply));
         Self {
             touching: model.plies[ply.min(other)].touching,
@@ -224,13 +218,13 @@ impl<'a, S: Scalar> PlySearch<'a, S> {
     }
 
     /// Nodes stored for a row of them.
-    pub(in crate::solver) fn across(&self) -> usize {
+    pub(crate) fn across(&self) -> usize {
         self.model.grid.columns + 1
     }
 
     /// Every node that anything may have reached, in parts of a few rows; each fills one of `found`. Parts are the same whatever has
     /// been reached, so that what they add up is.
-    pub(in crate::solver) fn parts(
+    pub(crate) fn parts(
         &'a self,
         over: &'a mut [u32],
         found: &'a mut [FoundContacts],
@@ -265,7 +259,7 @@ impl<'a, S: Scalar> PlySearch<'a, S> {
 
     /// The mirror planes that a node lies on.
     #[inline]
-    pub(in crate::solver) fn planes_at(&self, row: usize, column: usize) -> Planes {
+    pub(crate) fn planes_at(&self, row: usize, column: usize) -> Planes {
         if Some(column) != self.planes[0] && Some(row) != self.planes[1] {
             return NO_PLANES;
         }
@@ -283,12 +277,7 @@ impl<'a, S: Scalar> PlySearch<'a, S> {
     ///
     /// The place is looked at as it would be at the end of the step; what came too close on the way is known from there.
     #[inline]
-    pub(in crate::solver) fn node(
-        &self,
-        row: usize,
-        column: usize,
-        over: &mut u32,
-    ) -> Option<(Option<PlyContactPoint>, f64)> {
+    pub(crate) fn node(&self, row: usize, column: usize, over: &mut u32) -> Option<(Option<PlyContactPoint>, f64)> {
         let columns = self.theirs.mesh.columns;
         let position = self.own.position(row, column);
         let (start, was_inside) = (layup::element(*over), *over & PENETRATING != 0);
@@ -318,7 +307,7 @@ impl<'a, S: Scalar> PlySearch<'a, S> {
 
     /// 1 where the neighbour is in front, −1 where it is behind.
     #[inline(always)]
-    pub(in crate::solver) fn sign(&self) -> f64 {
+    pub(crate) fn sign(&self) -> f64 {
         if self.side == 0 { 1.0 } else { -1.0 }
     }
 

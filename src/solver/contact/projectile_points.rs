@@ -26,11 +26,11 @@ const CANDIDATE_STEPS: f64 = 24.0;
 
 /// The nodes near the projectile.
 #[derive(Default)]
-pub(in crate::solver) struct ProjectileContact {
+pub(crate) struct ProjectileContact {
     /// Ply, row, column, in storage order.
-    pub(in crate::solver) candidates: Vec<[usize; 3]>,
+    pub(crate) candidates: Vec<[usize; 3]>,
     /// Distance that nodes and body may still approach each other before `candidates` are stale [m].
-    pub(in crate::solver) skin: f64,
+    pub(crate) skin: f64,
     /// Edges between the candidates.
     edges: CandidateEdges,
     /// Candidates in this step, by their place in `edges`.
@@ -101,18 +101,13 @@ struct CandidateNode {
 
 impl ProjectileContact {
     /// Takes a list of the nodes near the body, and how far they may still approach each other before it is stale [m].
-    pub(in crate::solver) fn remember<S: Scalar>(&mut self, model: &Model<S>, candidates: Vec<[usize; 3]>, skin: f64) {
+    pub(crate) fn remember<S: Scalar>(&mut self, model: &Model<S>, candidates: Vec<[usize; 3]>, skin: f64) {
         self.edges = CandidateEdges::of(model, &candidates);
         (self.candidates, self.skin) = (candidates, skin);
     }
 
     /// Finds and applies the impulses of a step.
-    pub(in crate::solver) fn resolve<S: Scalar>(
-        &mut self,
-        context: &mut Context<'_, S>,
-        body: &mut RigidBody,
-        nothing: &[S],
-    ) {
+    pub(crate) fn resolve<S: Scalar>(&mut self, context: &mut Context<'_, S>, body: &mut RigidBody, nothing: &[S]) {
         let model = context.model;
         let travel = model.dt * (context.totals.max_speed + body.speed_bound());
         if !travel.is_finite() {
