@@ -315,6 +315,8 @@ impl DeviceShot {
             balance.contact += b.energy[0];
             balance.friction += b.energy[1];
             balance.external += b.energy[2];
+            balance.frame[0] += b.support[2].abs();
+            balance.frame[1] += b.impulse[2].abs();
             for a in 0..3 {
                 balance.support[a] += b.support[a];
                 balance.contact_impulse[a] -= b.impulse[a];
