@@ -194,6 +194,9 @@ fn rebuilt(case: &Case, document: Value) -> Result<Case, Vec<CaseError>> {
     Ok(Case { name: case.name.clone(), path: case.path.clone(), as_run: document, ..built })
 }
 
+/// Words of the field that files may have for a shape.
+const SHORT_SHAPES: [(&str, &str); 3] = [("rcc", "cylinder"), ("fsp", "fragment"), ("ball", "sphere")];
+
 /// Parses one JSON document; errors are located by line and column.
 pub(super) fn parse(text: &str) -> Result<Value, CaseError> {
     let refused = |found| CaseError::at("line 1, column 1", "a JSON document", found);
@@ -205,7 +208,12 @@ pub(super) fn parse(text: &str) -> Result<Value, CaseError> {
         let help = "a case is JSON, with the yarns and the pack instead of cards: `ripstop new` writes one";
         return Err(refused("what seems to be an LS-DYNA keyword file").help(help));
     }
-    let value = serde_json::from_str(text).map_err(|error| explain(text, &error))?;
+    let mut value: Value = serde_json::from_str(text).map_err(|error| explain(text, &error))?;
+    if let Some(shape) = value.pointer_mut("/projectile/shape") {
+        // The field's words for them.
+        let meant = SHORT_SHAPES.iter().find(|(short, _)| shape.as_str() == Some(short));
+        meant.into_iter().for_each(|(_, word)| *shape = (*word).into());
+    }
     duplicate(text).map_or(Ok(value), Err)
 }
 
