@@ -18,6 +18,7 @@ use crate::gpu::{Device, DeviceError};
 use crate::model::{Features, Model};
 use crate::physics::rigid_body::RigidBody;
 use crate::solver;
+use crate::solver::contact::projectile_contact::ContactTotals;
 use crate::solver::energy_balance::PlyMoment;
 use crate::solver::state::State;
 
@@ -312,15 +313,9 @@ impl DeviceShot {
         }
         if let Some(b) = body {
             self.record.run.max_penetration = b.penetration;
-            balance.contact += b.energy[0];
-            balance.friction += b.energy[1];
-            balance.external += b.energy[2];
-            balance.frame[0] += b.support[2].abs();
-            balance.frame[1] += b.impulse[2].abs();
-            for a in 0..3 {
-                balance.support[a] += b.support[a];
-                balance.contact_impulse[a] -= b.impulse[a];
-            }
+            let [dissipation, friction, external] = b.energy;
+            let (impulse, support) = (b.impulse, b.support);
+            balance.add_contact(&ContactTotals { dissipation, friction, external, impulse, support });
             balance.sample_body(&b.body);
         }
     }
