@@ -78,10 +78,10 @@ pub(super) enum WordOr<W, K> {
     Keys(K),
 }
 
-/// Choices with the word of the case file for each.
+/// Choices with the word of the case file for each, and other words that are read as it.
 macro_rules! choices {
     ($($(#[$doc:meta])* $vis:vis enum $name:ident {
-        $($(#[$about:meta])* $variant:ident = $word:literal,)+
+        $($(#[$about:meta])* $variant:ident = $word:literal $(or $alias:literal)*,)+
     })+) => {$(
         $(#[$doc])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Deserialize)]
@@ -105,7 +105,7 @@ macro_rules! choices {
             }
 
             fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
-                schemars::json_schema!({"type": "string", "enum": [$($word),+]})
+                schemars::json_schema!({"type": "string", "enum": [$($word),+], "aliases": {$($($alias: $word,)*)+}})
             }
         }
     )+};
@@ -386,6 +386,20 @@ pub(super) fn expected(node: &'static Value) -> String {
             format!("an object with {}", names(if needed.is_empty() { keys(node) } else { needed }))
         }
         _ => "an object of JSON pointers and texts".to_owned(),
+    }
+}
+
+/// Puts the words of the case file in place of others for them.
+pub(super) fn without_aliases(node: &'static Value, value: &mut Value) {
+    if let Some(meant) = value.as_str().and_then(|word| node["aliases"].get(word)) {
+        *value = meant.clone();
+    }
+    match value {
+        Value::Object(map) => keys(node).into_iter().for_each(|key| {
+            map.get_mut(key.name).into_iter().for_each(|value| without_aliases(key.node, value));
+        }),
+        Value::Array(items) => items.iter_mut().for_each(|item| without_aliases(&node["items"], item)),
+        _ => {}
     }
 }
 

@@ -139,11 +139,11 @@ choices! {
     }
     /// Shape without its lengths.
     enum ShapeWord {
-        Cylinder = "cylinder",
-        Sphere = "sphere",
+        Cylinder = "cylinder" or "rcc",
+        Sphere = "sphere" or "ball",
         Cone = "cone",
         Ogive = "ogive",
-        Fragment = "fragment",
+        Fragment = "fragment" or "fsp",
         Bar = "bar",
     }
 }

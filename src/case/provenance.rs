@@ -280,6 +280,7 @@ pub(crate) fn mesh(case: &Case) -> String {
 /// The case file as a JSON Schema (2020-12): keys, types, ranges, defaults, units and meaning.
 pub fn schema() -> Value {
     let mut schema = CASE.clone();
+    publish(&mut schema);
     schema["title"] = json!("ripstop case");
     schema["description"] =
         json!("One impact of a woven fabric. Every key that is not required has a default that is named here.");
@@ -291,6 +292,23 @@ pub fn schema() -> Value {
         }
     }
     schema
+}
+
+/// Adds other words that are read as those of a choice.
+fn publish(node: &mut Value) {
+    match node {
+        Value::Array(items) => items.iter_mut().for_each(publish),
+        Value::Object(map) => {
+            let aliases = map.get("aliases").and_then(Value::as_object).into_iter().flatten();
+            let aliases: Vec<Value> = aliases.map(|(alias, _)| json!(alias)).collect();
+            map.get_mut("enum")
+                .and_then(Value::as_array_mut)
+                .into_iter()
+                .for_each(|words| words.extend(aliases.clone()));
+            map.values_mut().for_each(publish);
+        }
+        _ => {}
+    }
 }
 
 /// Every key of the case file in Markdown: one table for each object, with the pointers where it stands.

@@ -9,7 +9,7 @@ use serde_json::{Deserializer, Value, json};
 
 use super::changes::{self, Change};
 use super::error::{CaseError, check, describe, is_at_or_below, quote};
-use super::keys::CASE;
+use super::keys::{CASE, without_aliases};
 use super::provenance::{Origin, Provenance, in_si, typed};
 use super::{Case, fabric, pack, solver, variability};
 
@@ -99,6 +99,7 @@ pub(super) fn assemble_document(
     choices.into_iter().try_for_each(|change| change.apply(&mut document, by)).map_err(of_change)?;
     let mut files = fabric::inline(&mut document, folder).map_err(attributed)?;
     others.iter().try_for_each(|change| change.apply(&mut document, by)).map_err(of_change)?;
+    without_aliases(&CASE, &mut document);
     // Where a change reaches into the fabric, the file alone is not to blame.
     files.retain(|(place, _)| !others.iter().any(|change| is_at_or_below(&change.pointer, place)));
     let placed = |error: CaseError| {
@@ -194,9 +195,6 @@ fn rebuilt(case: &Case, document: Value) -> Result<Case, Vec<CaseError>> {
     Ok(Case { name: case.name.clone(), path: case.path.clone(), as_run: document, ..built })
 }
 
-/// Words of the field that files may have for a shape.
-const SHORT_SHAPES: [(&str, &str); 3] = [("rcc", "cylinder"), ("fsp", "fragment"), ("ball", "sphere")];
-
 /// Parses one JSON document; errors are located by line and column.
 pub(super) fn parse(text: &str) -> Result<Value, CaseError> {
     let refused = |found| CaseError::at("line 1, column 1", "a JSON document", found);
@@ -208,12 +206,7 @@ pub(super) fn parse(text: &str) -> Result<Value, CaseError> {
         let help = "a case is JSON, with the yarns and the pack instead of cards: `ripstop new` writes one";
         return Err(refused("what seems to be an LS-DYNA keyword file").help(help));
     }
-    let mut value: Value = serde_json::from_str(text).map_err(|error| explain(text, &error))?;
-    if let Some(shape) = value.pointer_mut("/projectile/shape") {
-        // The field's words for them.
-        let meant = SHORT_SHAPES.iter().find(|(short, _)| shape.as_str() == Some(short));
-        meant.into_iter().for_each(|(_, word)| *shape = (*word).into());
-    }
+    let value = serde_json::from_str(text).map_err(|error| explain(text, &error))?;
     duplicate(text).map_or(Ok(value), Err)
 }
 
