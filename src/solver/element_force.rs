@@ -66,8 +66,7 @@ pub fn element_force<R: Real>(
         let on_mode = mode_force(&motion.size, &motion.k, &elastic, left.as_ref());
         let forces = Forces { viscous, trellis, membrane: [warp, weft], on_mode };
         let elements = Elements { column, motion, cell, yarns, forces };
-        // Work done on the element between the last positions and these, by the trapezoidal rule.
-        sums.work.add(n.splat_like(0.5 * dt) * elements.store(row), column);
+        elements.store(row);
 
         let counted = n.within(column, &range);
         totals.unconverged += (both & !cell.converged).bits().count_ones();
@@ -114,32 +113,22 @@ impl<R: Real> Elements<R> {
         R::select(both, warp.splat_like(1.0 / 16.0) * (warp + weft), warp.zero())
     }
 
-    /// Keeps forces and heights. Gives the power of the old and the new forces together [W].
+    /// Keeps forces and heights.
     #[inline(always)]
-    pub(super) fn store(&self, row: &mut ElementRow<'_, R::Scalar>) -> R {
-        let (at, any, v) = (self.column + 1, self.yarns.any, &self.motion.v);
+    pub(super) fn store(&self, row: &mut ElementRow<'_, R::Scalar>) {
+        let (at, any) = (self.column + 1, self.yarns.any);
         let [warp, weft] = &self.forces.membrane;
         let zero = warp[0].zero();
-        let mut power = zero;
-        for a in 0..3 {
-            let warp_new = R::select(any, warp[a], zero);
-            let weft_new = R::select(any, weft[a], zero);
-            let warp_sum = zero.load(row.element[field::WARP_FORCE + a], at) + warp_new;
-            let weft_sum = zero.load(row.element[field::WEFT_FORCE + a], at) + weft_new;
-            power = weft_sum.fused(v[a][1], warp_sum.fused(v[a][0], power));
-            warp_new.store(row.element[field::WARP_FORCE + a], at);
-            weft_new.store(row.element[field::WEFT_FORCE + a], at);
-        }
         let stiffness = self.hourglass(self.yarns.both_left);
         for a in 0..3 {
-            let force = R::select(any, stiffness.fused(self.motion.k.mode[a], self.forces.on_mode[a]), zero);
-            power = (zero.load(row.element[field::HOURGLASS + a], at) + force).fused(v[a][2], power);
-            force.store(row.element[field::HOURGLASS + a], at);
+            let mode = stiffness.fused(self.motion.k.mode[a], self.forces.on_mode[a]);
+            R::select(any, warp[a], zero).store(row.element[field::WARP_FORCE + a], at);
+            R::select(any, weft[a], zero).store(row.element[field::WEFT_FORCE + a], at);
+            R::select(any, mode, zero).store(row.element[field::HOURGLASS + a], at);
         }
         for i in 0..2 {
             R::select(any, self.cell.height[i], zero).store(row.element[field::HEIGHT + i], at);
         }
-        power
     }
 }
 

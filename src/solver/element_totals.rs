@@ -93,9 +93,7 @@ pub struct YarnFailure {
 /// Sums of one row of elements over one step.
 #[derive(Clone, Debug, Default)]
 pub struct ElementTotals {
-    /// Work of all forces on the element since the last step, viscous forces included [J].
-    pub internal_work: f64,
-    /// The part of it that shock viscosity dissipated [J].
+    /// Work on them since the last step that shock viscosity dissipated [J].
     pub viscous_work: f64,
     /// Energy released by failures in this step: membrane, hourglass [J].
     pub released: [f64; 2],
@@ -137,7 +135,6 @@ impl ElementTotals {
 /// Sums over a row, of the elements computed so far.
 #[derive(Default)]
 pub(super) struct RowSums {
-    pub(super) work: OrderedSum,
     pub(super) dissipated: OrderedSum,
     /// Released by failures: membrane, hourglass.
     pub(super) released: [OrderedSum; 2],
@@ -150,7 +147,6 @@ pub(super) struct RowSums {
 impl RowSums {
     #[inline(always)]
     pub(super) fn add_to(&self, totals: &mut ElementTotals, sample: bool) {
-        totals.internal_work += self.work.total();
         totals.viscous_work += self.dissipated.total();
         totals.law_energy += self.law[0].total();
         totals.law_released += self.law[1].total();

@@ -1,8 +1,9 @@
 //! Balance of energy and momentum, always on.
 //!
-//! Internal work is the work of element forces on element deformation, by the trapezoidal rule; kinetic energy is taken at the time of the
-//! positions, K = ½ Σ m v⁺·(v⁺ − Δt f/m). With these two the leapfrog keeps K + work + contact + friction − external constant to round-off, so
-//! that any difference is an error of assembly, contact, failure or number range, and not of bookkeeping.
+//! Internal work is the work of the nodes' internal forces, by the trapezoidal rule; kinetic energy is taken at the time of the positions,
+//! K = ½ Σ m v⁺·(v⁺ − Δt f/m). With these two the leapfrog keeps K + work + contact + friction − external constant to round-off, so that any
+//! difference is an error of contact or number range, and not of bookkeeping. That forces do the work that elements store, assembly and
+//! failure with it, is what the balance from state functions shows.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -22,6 +23,8 @@ use crate::solver::state::{Given, State};
 pub struct EnergyBalance {
     /// Work done on the elements since the start [J]: what they hold, what failures released and what shock viscosity dissipated.
     pub work: f64,
+    /// Work on them in the half step after the positions of the last step, not counted yet [J].
+    pub(crate) half_step: f64,
     /// The part of it that shock viscosity dissipated [J].
     pub viscous: f64,
     /// Energy released by yarn failures: membrane and shear, hourglass [J].
@@ -212,17 +215,19 @@ impl EnergyBalance {
                 self.momentum[a] += part[a];
             }
         }
-        self.kinetic = rows.iter().map(|row| row.kinetic_now).sum();
+        let kinetic = |rows: &[NodeTotals]| rows.iter().map(|row| row.kinetic + row.work[1]).sum();
+        self.kinetic = kinetic(rows);
         for (ply, rows) in self.plies.iter_mut().zip(rows.chunks(grid.rows + 1)) {
-            ply.kinetic = rows.iter().map(|row| row.kinetic_now).sum();
+            ply.kinetic = kinetic(rows);
         }
     }
 
-    /// Replaces a touched node's share of kinetic energy and momentum.
+    /// Replaces a touched node's share of work, kinetic energy and momentum.
     pub(crate) fn correct_node(&mut self, ply: usize, node: &NodeCorrection) {
         let NodeCorrection { mass, free, now, pull } = node;
-        let energy = |v: &Vector3<f64>| 0.5 * mass * v.dot(&(v - pull));
-        let change = energy(now) - energy(free);
+        let work = -0.5 * mass * pull.dot(&(now - free));
+        self.half_step += work;
+        let change = 0.5 * mass * (now - free).dot(&(now + free)) + work;
         self.kinetic += change;
         if let Some(ply) = self.plies.get_mut(ply) {
             ply.kinetic += change;

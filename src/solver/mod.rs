@@ -262,6 +262,9 @@ impl<S: KernelScalar> Stepper<S> {
         for (ply, reach) in context.state.active.iter_mut().enumerate() {
             *reach = reach.grown(1, &context.model.ply_type(ply).mesh);
         }
+        let work = |i: usize| self.node_totals.iter().map(|row| row.work[i]).sum::<f64>();
+        context.balance.work += context.balance.half_step + work(0);
+        context.balance.half_step = work(1);
         for (index, row) in self.node_totals.iter().enumerate() {
             context.totals.kinetic += row.kinetic;
             context.totals.max_speed = context.totals.max_speed.max(row.max_speed_squared);
@@ -301,7 +304,6 @@ impl<S: KernelScalar> Stepper<S> {
         let Context { model, state, balance, totals, sample } = context;
         self.failures.clear();
         for (index, row) in self.element_totals.iter().enumerate() {
-            balance.work += row.internal_work;
             balance.viscous += row.viscous_work;
             balance.law_released += row.law_released;
             balance.released[0] += row.released[0];

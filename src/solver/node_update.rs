@@ -75,9 +75,9 @@ pub struct NodePass<'a, S> {
     pub columns: usize,
     /// Whether the row is on the ply's edge.
     pub edge_row: bool,
-    /// Time step of this kick, and of this drift [s].
-    pub times: [f64; 2],
-    /// Whether the energies of the state are asked for.
+    /// Time since the last forces, of this kick, and of this drift [s].
+    pub times: [f64; 3],
+    /// Whether momenta are asked for.
     pub sample: bool,
 }
 
@@ -86,9 +86,8 @@ pub struct NodePass<'a, S> {
 pub struct NodeTotals {
     /// ½ m v² after the step [J].
     pub kinetic: f64,
-    /// ½ m v⁺·(v⁺ − Δt f/m): kinetic energy at the time of the positions, consistent with trapezoidal work [J].
-    /// Only in sample steps.
-    pub kinetic_now: f64,
+    /// Work on the elements in the half step before the positions and in the one after them, −½ Δt f·v⁻ and −½ Δt f·v⁺ [J].
+    pub work: [f64; 2],
     /// Momentum after the step [kg·m/s]; only in sample steps.
     pub momentum: [f64; 3],
     /// Impulse of the supports in this step [N·s].
@@ -108,11 +107,12 @@ pub fn node_update<R: Real>(n: R, pass: &NodePass<'_, R::Scalar>, node: &mut Nod
 
 #[inline(always)]
 fn advance<R: Real>(n: R, pass: &NodePass<'_, R::Scalar>, node: &mut NodeRow<'_, R::Scalar>) -> NodeTotals {
-    let NodePass { around, inverse, mass, range, columns, edge_row, times: [kick, drift], sample } = pass;
+    let NodePass { around, inverse, mass, range, columns, edge_row, times: [span, kick, drift], sample } = pass;
+    let halves = [span, drift].map(|time| n.splat_like(-0.5 * time));
     let (kick, drift, columns, sample) = (n.splat_like(*kick), n.splat_like(*drift), *columns, *sample);
     let (half, rest) = (n.splat_like(0.5), n.splat_like(R::REST));
     let mut kinetic = OrderedSum::default();
-    let mut kinetic_now = OrderedSum::default();
+    let mut work = [OrderedSum::default(); 2];
     let mut momentum = [OrderedSum::default(); 3];
     let mut support = [OrderedSum::default(); 3];
     let mut fastest = n.zero();
@@ -122,19 +122,20 @@ fn advance<R: Real>(n: R, pass: &NodePass<'_, R::Scalar>, node: &mut NodeRow<'_,
         let force = gather(n, around, column);
         let m = n.load(mass, column);
         let mut speed = n.zero();
-        let mut now = n.zero();
+        let mut power = [n.zero(); 2];
         let held_here = *edge_row || column == 0 || column + R::LANES >= columns;
         held |= held_here;
         for a in 0..3 {
             let inverse = n.load(inverse[a], column);
-            let velocity = (kick * force[a]).fused(inverse, n.load(node[field::VELOCITY + a], column));
+            let before = n.load(node[field::VELOCITY + a], column);
+            let velocity = (kick * force[a]).fused(inverse, before);
             let velocity = R::select(velocity.abs().lt(rest), n.zero(), velocity);
+            power = [force[a].fused(before, power[0]), force[a].fused(velocity, power[1])];
             let displacement = drift.fused(velocity, n.load(node[field::DISPLACEMENT + a], column));
             velocity.store(node[field::VELOCITY + a], column);
             displacement.store(node[field::DISPLACEMENT + a], column);
             speed = velocity.fused(velocity, speed);
             if sample {
-                now = now + velocity * (velocity - drift * force[a] * inverse);
                 momentum[a].add(m * velocity, column);
             }
             if held_here {
@@ -144,16 +145,19 @@ fn advance<R: Real>(n: R, pass: &NodePass<'_, R::Scalar>, node: &mut NodeRow<'_,
         }
         kinetic.add(half * m * speed, column);
         fastest = fastest.max(speed);
-        if sample {
-            kinetic_now.add(half * m * now, column);
+        for i in 0..2 {
+            work[i].add(halves[i] * power[i], column);
         }
         column += R::LANES;
     }
     // What is not asked for need not be added up.
-    let mut totals =
-        NodeTotals { kinetic: kinetic.total(), max_speed_squared: fastest.reduce_max(), ..NodeTotals::default() };
+    let mut totals = NodeTotals {
+        kinetic: kinetic.total(),
+        work: each!(i in 2 => work[i].total()),
+        max_speed_squared: fastest.reduce_max(),
+        ..NodeTotals::default()
+    };
     if sample {
-        totals.kinetic_now = kinetic_now.total();
         totals.momentum = each!(a in 3 => momentum[a].total());
     }
     if held {

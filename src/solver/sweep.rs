@@ -272,7 +272,6 @@ impl<S: Scalar> PlyPass<'_, S> {
         }
         let (grid, ply_type) = (self.grid, self.ply_type);
         let m = ply_type.row_mass(row);
-        let [_, kick, drift] = self.times;
         let pass = NodePass {
             around: Neighbours { below: split(below, grid.element_stride), above: split(above, grid.element_stride) },
             inverse: [&m.inverse[0], &m.inverse[1], &m.inverse[2]],
@@ -280,7 +279,7 @@ impl<S: Scalar> PlyPass<'_, S> {
             range: self.nodes.columns.clone(),
             columns: ply_type.mesh.columns + 1,
             edge_row: row == 0 || row == ply_type.mesh.rows,
-            times: [kick, drift],
+            times: self.times,
             sample: self.sample,
         };
         *totals = self.kernels.nodes(&pass, &mut split_mut(node, grid.node_stride));

@@ -136,7 +136,6 @@ impl<S: Scalar> Patch<S> {
         let mut sums = Sums::default();
         for (row, t) in self.evaluate_rows(dt).into_iter().enumerate() {
             assert_eq!(t.unconverged, 0);
-            sums.work += t.internal_work;
             sums.stored += t.stored;
             sums.hourglass += t.hourglass;
             sums.released[0] += t.released[0];
@@ -172,8 +171,6 @@ impl<S: Scalar> Patch<S> {
 /// Sums over a patch.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Sums {
-    /// Work of the membrane forces in this step [J].
-    pub(crate) work: f64,
     pub(crate) stored: f64,
     pub(crate) hourglass: f64,
     pub(crate) released: [f64; 2],

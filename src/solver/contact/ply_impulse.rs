@@ -115,11 +115,11 @@ impl PlyContact {
 
     /// Gives the nodes their impulses, ply by ply.
     fn apply<S: Scalar>(&mut self, context: &mut Context<'_, S>, nothing: &[S]) {
-        let (kick, sample, model) = (context.kick(), context.sample, context.model);
+        let (kick, model) = (context.kick(), context.model);
         let across = model.grid.columns + 1;
         let State { nodes, elements, .. } = &mut *context.state;
         let length = nodes.row_length() * (model.grid.rows + 1);
-        let applier = ImpulseApplier { model, elements, nothing, stride: nodes.stride, kick, sample };
+        let applier = ImpulseApplier { model, elements, nothing, stride: nodes.stride, kick };
         let contacts = &self.contacts;
         let plies = self.accumulators.par_iter_mut().zip(nodes.data.par_chunks_mut(length)).enumerate();
         plies.for_each(|(ply, (accumulator, nodes))| {
@@ -236,7 +236,7 @@ struct Effect {
     support: [f64; 3],
     /// Nodes moved.
     reach: ActiveRegion,
-    /// In sampled steps.
+    /// Nodes moved.
     corrections: Vec<NodeCorrection>,
 }
 
@@ -250,8 +250,6 @@ struct ImpulseApplier<'a, S> {
     stride: usize,
     /// Time step of the velocities [s].
     kick: f64,
-    /// Whether the step is sampled.
-    sample: bool,
 }
 
 impl<S: Scalar> ImpulseApplier<'_, S> {
@@ -301,11 +299,9 @@ impl<S: Scalar> ImpulseApplier<'_, S> {
             for a in 0..3 {
                 effect.support[a] += support[a];
             }
-            if self.sample {
-                let pull = [0, 1, 2].map(|a| inverse[a] * force[a] * model.dt);
-                let [free, now, pull] = [free, now, pull].map(|v| Vector3::from(mesh.to_pack(v)));
-                effect.corrections.push(NodeCorrection { mass: masses.mass[column].to_f64(), free, now, pull });
-            }
+            let pull = [0, 1, 2].map(|a| inverse[a] * force[a] * model.dt);
+            let [free, now, pull] = [free, now, pull].map(|v| Vector3::from(mesh.to_pack(v)));
+            effect.corrections.push(NodeCorrection { mass: masses.mass[column].to_f64(), free, now, pull });
         }
         accumulator.effect = effect;
     }

@@ -147,12 +147,10 @@ impl ProjectileContact {
                 context.state.nodes.set(row, node::VELOCITY + a, p.column, S::splat(own[a]));
             }
             context.state.active[p.ply].activate(p.row, p.column);
-            if context.sample {
-                let pull = (p.free - p.before) * (model.dt / kick);
-                context
-                    .balance
-                    .correct_node(p.ply, &NodeCorrection { mass: p.mass, free: p.free, now: velocity, pull });
-            }
+            let pull = (p.free - p.before) * (model.dt / kick);
+            context
+                .balance
+                .correct_node(p.ply, &NodeCorrection { mass: p.mass, free: p.free, now: velocity, pull });
         }
     }
 
