@@ -23,13 +23,6 @@ fn element_in_reach(reach: vec4<u32>, place: vec2<u32>) -> bool {
     return (row && column && reach.x < reach.y) || step.index == 0u;
 }
 
-/// Whether an element is one of the ply type at hand and may have moved.
-fn is_due(element: u32) -> bool {
-    let ply = element_ply(element);
-    let place = element_place(element);
-    return is_element(ply, place) && plies[ply].ply_type == scene.ply_type && element_in_reach(reach_of(ply), place);
-}
-
 /// Takes a node in.
 fn touch(ply: u32, place: vec2<u32>) {
     let at = counter(REACH + 4u * ply);

@@ -1,5 +1,5 @@
 // contact_candidates: nodes that may meet the projectile, their contact before it acts, and what may have moved after it. Needs `nodes`,
-// `flags`, `status`, `body`, `candidates`, `points` and `over`.
+// `cells`, `status`, `body`, `candidates`, `points` and `over`.
 // Twin: src/solver/contact/contact_candidates.rs
 
 /// Lists the marked nodes in storage order and clears the marks; gives their number.
@@ -42,7 +42,7 @@ fn fabric_between(node: u32) -> f32 {
         let ply = front - 1u;
         let element = element_at(ply, cell_over(ply, over[at]));
         let place = element_place(element);
-        thickness += select(0.0, plies[ply].touching, (flags[element] & 3u) != 0u);
+        thickness += select(0.0, plies[ply].touching, yarns_left(element) != 0u);
         // On through the corner nearest to the node by its place in the ply behind.
         let lies = to_ply(ply, to_pack(front, reference(front, node_place(at))));
         let corner = reference(ply, place);

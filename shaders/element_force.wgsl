@@ -1,23 +1,5 @@
-// element_force: stretches, crossover equilibrium, shear, failure and corner forces of every element.
-//   in      nodes     array<f32>  (6, N)   displacement [m], velocity [m/s]
-//   in/out  forces    array<f32>  (9, E)   P1·Ly/2, P2·Lx/2, force on the difference of opposite edges [N]
-//   in/out  heights   array<f32>  (6, E)   `dh_dstretch` [m] and `force_share` [-] of warp and weft, which predict heights; h1, h2 [m], warm start
-//   in/out  flags     array<u32>  (E)      bit 0 warp alive, bit 1 weft alive; evaluations since the last sample << 8
-//   in/out  accumulators  array<f32>  (10, E)   see `energy_balance`
-//   in/out  status    array<u32>           counters
-//   out     events    array<Event>         yarn failures
-//   in/out  yarns     array<f32>  (8, E)   viscous forces of warp and weft [N]; strains of warp and weft in steps of even number, of odd
-//                                          number [-]; failure strains of warp and weft over the fabric's [-], where strength varies
+// element_force: stretches, crossover equilibrium, shear, failure and corner forces of an element. Needs `cells`, `status` and `events`.
 // Twin: src/solver/element_force.rs
-
-@group(1) @binding(0) var<storage, read> nodes: array<f32>;
-@group(1) @binding(1) var<storage, read_write> forces: array<f32>;
-@group(1) @binding(2) var<storage, read_write> heights: array<f32>;
-@group(1) @binding(3) var<storage, read_write> flags: array<u32>;
-@group(1) @binding(4) var<storage, read_write> accumulators: array<f32>;
-@group(1) @binding(5) var<storage, read_write> status: array<atomic<u32>>;
-@group(1) @binding(6) var<storage, read_write> events: array<Event>;
-@group(1) @binding(7) var<storage, read_write> yarns: array<f32>;
 
 /// A yarn failure.
 struct Event {
@@ -35,19 +17,41 @@ fn stored_energy(size: ElementGeometry, tension: vec2<f32>, strain: vec2<f32>, f
     return size.cells * (warp + weft + compression_energy(force)) + size.area * shear;
 }
 
-fn store(field: u32, element: u32, value: vec3<f32>) {
-    let e = scene.elements;
-    for (var a = 0u; a < 3u; a++) { forces[(field + a) * e + element] = value[a]; }
+fn put_pair(field: u32, element: u32, value: vec2<f32>) {
+    let at = cell_word(slot_now(), field, element);
+    cells[at] = bitcast<u32>(value.x);
+    cells[at + scene.elements] = bitcast<u32>(value.y);
 }
 
-fn keep_heights(element: u32, height: vec2<f32>, predictor: Predictor) {
-    let e = scene.elements;
-    heights[element] = predictor.dh_dstretch.x;
-    heights[e + element] = predictor.dh_dstretch.y;
-    heights[2u * e + element] = predictor.force_share.x;
-    heights[3u * e + element] = predictor.force_share.y;
-    heights[4u * e + element] = height.x;
-    heights[5u * e + element] = height.y;
+/// Keeps yarns that stand, heights [m] and what predicts the next ones: a first guess, which few bits do for.
+fn keep_heights(element: u32, alive: vec2<bool>, height: vec2<f32>, predictor: Predictor) {
+    let per_sum = 1.0 / max(scene.height_sum, 1e-30);
+    let steps = vec2<u32>(round(min(max(height * per_sum, vec2<f32>(0.0)), vec2<f32>(1.0)) * f32(HEIGHT_STEPS)));
+    let slopes = pack2x16float(min(max(predictor.dh_dstretch * per_sum, vec2<f32>(-65504.0)), vec2<f32>(65504.0)));
+    let shares = vec2<u32>(round(predictor.force_share * 511.0));
+    let yarns = select(0u, 1u, alive.x) | select(0u, 2u, alive.y);
+    let at = cell_word(slot_now(), YARNS, element);
+    cells[at] = yarns | (steps.x << 2u) | (steps.y << 26u);
+    cells[at + scene.elements] = (steps.y >> 6u) | ((slopes & 0xfffcu) << 16u);
+    cells[at + 2u * scene.elements] = (slopes & 0xfffc0000u) | (shares.x << 9u) | shares.y;
+}
+
+/// The three words of the last step.
+fn kept_words(element: u32) -> vec3<u32> {
+    let at = cell_word(slot_before(), YARNS, element);
+    return vec3<u32>(cells[at], cells[at + scene.elements], cells[at + 2u * scene.elements]);
+}
+
+/// Heights in them [m].
+fn kept_heights(words: vec3<u32>) -> vec2<f32> {
+    let steps = vec2<u32>(words.x >> 2u, (words.x >> 26u) | (words.y << 6u)) & vec2<u32>(HEIGHT_STEPS);
+    return vec2<f32>(steps) * (scene.height_sum / f32(HEIGHT_STEPS));
+}
+
+fn kept_predictor(words: vec3<u32>) -> Predictor {
+    let slopes = unpack2x16float(((words.y >> 16u) & 0xfffcu) | (words.z & 0xfffc0000u));
+    let shares = vec2<u32>(words.z >> 9u, words.z) & vec2<u32>(511u);
+    return Predictor(slopes * scene.height_sum, vec2<f32>(shares) * (1.0 / 511.0));
 }
 
 fn record_failure(element: u32, which: u32, strain: f32) {
@@ -66,11 +70,9 @@ struct Motion {
     grown: Growth,
 }
 
-fn motion_of(element: u32, at: vec4<u32>) -> Motion {
-    let u = differences(0u, at);
-    let size = geometry_of(element);
+fn motion_of(ply: u32, place: vec2<u32>, u: Differences, v: Differences) -> Motion {
+    let size = geometry_of(ply, place);
     let k = kinematics(size, u);
-    let v = differences(3u, at);
     return Motion(size, k, v, growth(size, k, v));
 }
 
@@ -84,18 +86,10 @@ struct YarnsLeft {
     free: vec2<f32>,
 }
 
-/// Strains of the last step.
-fn strain_slot() -> u32 { return 2u + 2u * ((step.index + 1u) & 1u); }
+/// Failure is judged by the strains of the last step.
+fn strain_slot() -> u32 { return slot_before(); }
 
-fn keep_strains(element: u32, strain: vec2<f32>) {
-    let slot = 2u + 2u * (step.index & 1u);
-    yarns[slot * scene.elements + element] = strain.x;
-    yarns[(slot + 1u) * scene.elements + element] = strain.y;
-}
-
-/// Also keeps the strains that failure is judged by.
 fn judge(element: u32, stretch: vec2<f32>, cell: Equilibrium, was_alive: vec2<bool>) -> YarnsLeft {
-    let zero = vec2<f32>(0.0);
     let limit = failure_strain(element);
     // Almost always nothing has to be looked at.
     let near = step.index <= atomicLoad(&status[counter(AT_LIMIT)]);
@@ -103,16 +97,16 @@ fn judge(element: u32, stretch: vec2<f32>, cell: Equilibrium, was_alive: vec2<bo
         near && was_alive.x && (limit.x <= piece_of(element, 0u, limit.x).x || breaks_with_another(element, 0u)),
         near && was_alive.y && (limit.y <= piece_of(element, 1u, limit.y).x || breaks_with_another(element, 1u)));
     let alive = was_alive & !failed;
-    keep_strains(element, select(vec2<f32>(BROKEN), max(cell.strain, zero), alive));
     if (any(alive & (limit <= cell.strain))) { atomicMax(&status[counter(AT_LIMIT)], step.index + 1u); }
     let straight = vec2<f32>(straight_strain(yarn(0u), stretch.x), straight_strain(yarn(1u), stretch.y));
-    return YarnsLeft(was_alive, failed, alive, max(straight, zero), tensions(straight));
+    return YarnsLeft(was_alive, failed, alive, max(straight, vec2<f32>(0.0)), tensions(straight));
 }
 
 /// Forces on it.
 struct Forces {
     /// Viscous forces of the yarns [N].
     drag: vec2<f32>,
+    dissipated: f32,
     /// Trellis shear, had the element two yarns.
     trellis: Shear,
     membrane: Membrane,
@@ -127,7 +121,7 @@ fn hourglass_where(both: bool, size: ElementGeometry) -> f32 {
     return select(0.0, (1.0 / 16.0) * size.hourglass, both);
 }
 
-/// Also keeps the viscous forces, and books what they dissipate.
+/// Forces on it, and what viscous ones dissipated [J].
 fn forces_of(element: u32, motion: Motion, cell: Equilibrium, yarns_left: YarnsLeft) -> Forces {
     let size = motion.size;
     let k = motion.k;
@@ -136,15 +130,13 @@ fn forces_of(element: u32, motion: Motion, cell: Equilibrium, yarns_left: YarnsL
     let both_left = all(yarns_left.alive);
     let elastic = select(zero, select(free, cell.in_plane, both_left), yarns_left.alive);
     var drag = zero;
+    var dissipated = 0.0;
     if (VISCOUS) {
-        let e = scene.elements;
-        let at_last = vec2<f32>(yarns[element], yarns[e + element]);
+        let at_last = yarn_pair(slot_before(), DRAG, element);
         let shock = shock_viscosity(size, k, motion.v, motion.grown, elastic, at_last);
         drag = shock.force;
-        yarns[element] = drag.x;
-        yarns[e + element] = drag.y;
         // N over the element's width times its length.
-        accumulators[7u * e + element] += dot(shock.work,
+        dissipated = dot(shock.work,
             vec2<f32>(0.5 * size.membrane_warp / size.gradient_x, 0.5 * size.membrane_weft / size.gradient_y));
     }
     let pull = elastic + drag;
@@ -152,33 +144,17 @@ fn forces_of(element: u32, motion: Motion, cell: Equilibrium, yarns_left: YarnsL
     if (SHEAR) { trellis = trellis_shear(k); }
     let left = shear_where(both_left, trellis);
     let m = membrane(size, k, pull, left);
-    return Forces(drag, trellis, m, mode_force(size, k, elastic, left), hourglass_where(both_left, size));
-}
-
-/// Keeps forces and books their work.
-fn keep_forces(element: u32, motion: Motion, acting: Forces) {
-    let m = acting.membrane;
-    let v = motion.v;
-    // Work done on the element between the last positions and these (trapezoid), and the new forces.
-    var power = dot(element_forces(0u, element) + m.warp, v.x) + dot(element_forces(3u, element) + m.weft, v.y);
-    store(0u, element, m.warp);
-    store(3u, element, m.weft);
-    if (HOURGLASS) {
-        let force = acting.hourglass * motion.k.mode + acting.on_mode;
-        power += dot(element_forces(6u, element) + force, v.mode);
-        store(6u, element, force);
-    }
-    accumulators[element] += 0.5 * step.span * power;
+    return Forces(drag, dissipated, trellis, m, mode_force(size, k, elastic, left), hourglass_where(both_left, size));
 }
 
 /// Energy that the law has made of what the cells store, where both yarns are there.
-fn keep_law(element: u32, motion: Motion, both: bool, cells: f32) {
-    if (LAW_ENERGY && both) { accumulators[8u * scene.elements + element] = law_share(motion.k.stretch) * cells; }
+fn law_energy(motion: Motion, both: bool, stored: f32) -> f32 {
+    if (LAW_ENERGY && both) { return law_share(motion.k.stretch) * stored; }
+    return 0.0;
 }
 
 /// Books what the yarns release that fail in this step.
 fn release(element: u32, motion: Motion, cell: Equilibrium, yarns_left: YarnsLeft, acting: Forces) {
-    let e = scene.elements;
     let zero = vec2<f32>(0.0);
     let size = motion.size;
     let m = acting.membrane;
@@ -195,22 +171,21 @@ fn release(element: u32, motion: Motion, cell: Equilibrium, yarns_left: YarnsLef
     let intact = membrane(size, motion.k, elastic + acting.drag, was);
     let mode_intact = mode_force(size, motion.k, elastic, was);
     let undone = dot(intact.warp - m.warp, v.x) + dot(intact.weft - m.weft, v.y) + dot(mode_intact - acting.on_mode, v.mode);
-    accumulators[e + element] += before - after - 0.5 * step.span * undone;
+    part[RELEASED] += before - after - 0.5 * step.span * undone;
     if (HOURGLASS) {
         // The part of the hourglass work that the state function ½k|q|² does not hold once k dropped.
         let lost = hourglass_where(both, size) - acting.hourglass;
-        accumulators[2u * e + element] += 0.5 * lost * dot(mode, mode - step.span * v.mode);
+        part[RELEASED_HOURGLASS] += 0.5 * lost * dot(mode, mode - step.span * v.mode);
     }
     // What the law has made by now stays.
-    keep_law(element, motion, both, stored_energy(size, select(zero, cell.tension, was_alive), cell.strain, cell.force, 0.0));
+    part[LAW_RELEASED] += law_energy(motion, both, stored_energy(size, select(zero, cell.tension, was_alive), cell.strain, cell.force, 0.0));
     if (yarns_left.failed.x) { record_failure(element, 0u, cell.strain.x); }
     if (yarns_left.failed.y) { record_failure(element, 1u, cell.strain.y); }
     if (!any(yarns_left.alive)) { atomicAdd(&status[counter(ERODED)], 1u); }
 }
 
-/// Energies of the state and largest values, for the energy balance.
-fn keep_state(element: u32, at: vec4<u32>, motion: Motion, cell: Equilibrium, yarns_left: YarnsLeft, acting: Forces) {
-    let e = scene.elements;
+/// Adds energies of the state, and the cell if it is counted, for the energy balance.
+fn add_state(motion: Motion, cell: Equilibrium, yarns_left: YarnsLeft, acting: Forces, counted: bool) {
     let zero = vec2<f32>(0.0);
     let size = motion.size;
     let mode = motion.k.mode;
@@ -220,74 +195,63 @@ fn keep_state(element: u32, at: vec4<u32>, motion: Motion, cell: Equilibrium, ya
     let tension = select(zero, select(free, cell.tension, both_left), alive);
     let strain = select(yarns_left.free_strain, cell.strain, both_left);
     let left = shear_where(both_left, acting.trellis);
-    accumulators[3u * e + element] = stored_energy(size, tension, strain, select(0.0, cell.force, both_left), left.energy);
-    accumulators[4u * e + element] = select(0.0, 0.5 * acting.hourglass * dot(mode, mode), HOURGLASS);
-    keep_law(element, motion, both_left, stored_energy(size, tension, strain, select(0.0, cell.force, both_left), 0.0));
-    let n = 2u * scene.nodes;
-    let z = abs(vec4<f32>(nodes[n + at.x], nodes[n + at.y], nodes[n + at.z], nodes[n + at.w]));
-    accumulators[6u * e + element] = max(max(z.x, z.y), max(z.z, z.w));
+    part[STORED] += stored_energy(size, tension, strain, select(0.0, cell.force, both_left), left.energy);
+    if (HOURGLASS) { part[HOURGLASS_NOW] += 0.5 * acting.hourglass * dot(mode, mode); }
+    part[LAW_MADE] += law_energy(motion, both_left, stored_energy(size, tension, strain, select(0.0, cell.force, both_left), 0.0));
+    part[SOLVED] += select(0.0, f32(step.since), both_left && counted);
 }
 
-/// An element that carries nothing.
-fn keep_nothing(element: u32) {
-    let e = scene.elements;
-    if (SAMPLED) {
-        for (var field = 3u; field < 7u; field++) { accumulators[field * e + element] = 0.0; }
+/// Forces of an element on its corners [N]: P1·Ly/2, P2·Lx/2, on the difference of opposite edges.
+struct ElementForces {
+    warp: vec3<f32>,
+    weft: vec3<f32>,
+    mode: vec3<f32>,
+    /// Whether it stood at the beginning of the step.
+    stood: bool,
+}
+
+/// Notes a residual [N], or that it was not met.
+fn note_residual(cell: Equilibrium, both: bool) {
+    if (!both) { return; }
+    if (!cell.converged) {
+        atomicAdd(&open_cells, 1u);
+    } else if (cell.residual > 0.0) {
+        atomicMax(&worst, bitcast<u32>(cell.residual));
     }
-    keep_heights(element, vec2<f32>(0.0), Predictor());
-    keep_strains(element, vec2<f32>(BROKEN));
 }
 
-/// One element; gives the bits of its residual, or all ones where the residual was not met.
-fn element_step(element: u32) -> u32 {
-    let e = scene.elements;
-    let word = flags[element];
-    let was_alive = vec2<bool>((word & 1u) != 0u, (word & 2u) != 0u);
-    let both = all(was_alive);
+/// One element, from the differences of its corners' displacements and velocities. `own`: keeps and books what came of it; `counted`: its
+/// evaluations count.
+fn element_step(ply: u32, place: vec2<u32>, u: Differences, v: Differences, own: bool, counted: bool) -> ElementForces {
+    let element = element_at(ply, place);
+    let words = kept_words(element);
+    let was_alive = vec2<bool>((words.x & 1u) != 0u, (words.x & 2u) != 0u);
+    let zero = vec2<f32>(0.0);
     if (!any(was_alive)) {
-        keep_nothing(element);
-        return 0u;
+        if (own) {
+            keep_heights(element, was_alive, zero, Predictor());
+            put_pair(DRAG, element, zero);
+            put_pair(STRAIN, element, vec2<f32>(BROKEN));
+        }
+        return ElementForces();
     }
-    let at = corners(element);
-    let motion = motion_of(element, at);
-    let height = vec2<f32>(heights[4u * e + element], heights[5u * e + element]);
-    let slopes = vec2<f32>(heights[element], heights[e + element]);
-    let kept = Predictor(slopes, vec2<f32>(heights[2u * e + element], heights[3u * e + element]));
-    let warm = predicted(kept, height, stretching(motion.k, motion.grown));
+    let both = all(was_alive);
+    let motion = motion_of(ply, place, u, v);
+    let warm = predicted(kept_predictor(words), kept_heights(words), stretching(motion.k, motion.grown));
     let cell = solve(motion.k.stretch, warm, both);
     let yarns_left = judge(element, motion.k.stretch, cell, was_alive);
     let acting = forces_of(element, motion, cell, yarns_left);
-    keep_forces(element, motion, acting);
-    keep_heights(element, cell.height, cell.predictor);
-    if (any(yarns_left.failed)) { release(element, motion, cell, yarns_left, acting); }
-    let bits = select(0u, 1u, yarns_left.alive.x) | select(0u, 2u, yarns_left.alive.y);
-    flags[element] = (word & 0xffffff00u) + (cell.iterations << 8u) + bits;
-    if (SAMPLED) { keep_state(element, at, motion, cell, yarns_left, acting); }
-    return select(0xffffffffu, bitcast<u32>(cell.residual), cell.converged || !both);
-}
-
-var<workgroup> worst: atomic<u32>;
-var<workgroup> open_cells: atomic<u32>;
-
-@compute @workgroup_size(64)
-fn element_force(id: Invocation) {
-    shot = shots[id.group.z];
-    let number = invocation_number(id);
-    let element = first_element() + number;
-    // No invocation leaves before the barriers, also when an earlier step went wrong.
-    if (number < scene.shot_elements && is_due(element) && step.index <= atomicLoad(&status[counter(BAD_STEP)])) {
-        let residual = element_step(element);
-        if (residual == 0xffffffffu) {
-            atomicAdd(&open_cells, 1u);
-        } else if (residual != 0u) {
-            atomicMax(&worst, residual);
-        }
+    if (own) {
+        keep_heights(element, yarns_left.alive, cell.height, cell.predictor);
+        put_pair(DRAG, element, acting.drag);
+        put_pair(STRAIN, element, select(vec2<f32>(BROKEN), max(cell.strain, zero), yarns_left.alive));
+        part[VISCOUS_WORK] += acting.dissipated;
+        if (counted) { part[EVALUATIONS] += f32(cell.iterations); }
+        note_residual(cell, both);
+        if (any(yarns_left.failed)) { release(element, motion, cell, yarns_left, acting); }
+        if (SAMPLED) { add_state(motion, cell, yarns_left, acting, counted); }
     }
-    workgroupBarrier();
-    if (id.local == 0u) {
-        let most = atomicLoad(&worst);
-        if (most > atomicLoad(&status[counter(RESIDUAL)])) { atomicMax(&status[counter(RESIDUAL)], most); }
-        let count = atomicLoad(&open_cells);
-        if (count > 0u) { atomicAdd(&status[counter(UNCONVERGED)], count); }
-    }
+    var mode = vec3<f32>(0.0);
+    if (HOURGLASS) { mode = acting.hourglass * motion.k.mode + acting.on_mode; }
+    return ElementForces(acting.membrane.warp, acting.membrane.weft, mode, true);
 }

@@ -1,17 +1,17 @@
-// failure: strains of yarns as failure judges them, over a piece of yarn. Needs `yarns`, and `strain_slot` to say which strains count.
+// failure: strains of yarns as failure judges them, over a piece of yarn. Needs `cells`, and `strain_slot` to say which strains count.
 // Twin: src/solver/failure.rs
 
 /// Stands for the strain of a piece of yarn that is broken or absent.
 const BROKEN: f32 = -1.0;
 
 /// Strain of a yarn (0 warp, 1 weft) of an element.
-fn strain_of(element: u32, which: u32) -> f32 { return yarns[(strain_slot() + which) * scene.elements + element]; }
+fn strain_of(element: u32, which: u32) -> f32 { return bitcast<f32>(cells[cell_word(strain_slot(), STRAIN + which, element)]); }
 
 /// Failure strains of an element's yarns.
 fn failure_strain(element: u32) -> vec2<f32> {
     let nominal = vec2<f32>(scene.warp_failure_strain, scene.weft_failure_strain);
     if (!STRENGTH) { return nominal; }
-    return nominal * vec2<f32>(yarns[6u * scene.elements + element], yarns[7u * scene.elements + element]);
+    return nominal * yarn_pair(2u, 0u, element);
 }
 
 /// Length of an element along a yarn over the finest.

@@ -1,4 +1,4 @@
-// intact: what still carries load. Needs `flags`.
+// intact: what still carries load. Needs `cells`.
 // Twin: `node_stands` of src/solver/state.rs, `edge_stands` of src/solver/contact/projectile_points.rs
 
 /// Yarns (1 warp, 2 weft) that any, and that all of the elements around a node have.
@@ -8,9 +8,9 @@ fn yarns_around(node: u32, place: vec2<u32>) -> vec2<u32> {
     let around = vec4<u32>(e, e - 1u, e - scene.columns - 1u, e - scene.columns);
     var bits = vec2<u32>(0u, 3u);
     for (var i = 0u; i < 4u; i++) {
-        if (there[i]) { bits = vec2<u32>(bits.x | flags[around[i]], bits.y & flags[around[i]]); }
+        if (there[i]) { bits = vec2<u32>(bits.x | yarns_left(around[i]), bits.y & yarns_left(around[i])); }
     }
-    return bits & vec2<u32>(3u);
+    return bits;
 }
 
 /// Whether any element around a node still carries load; debris no longer touches anything.
@@ -24,8 +24,8 @@ fn edge_is_intact(node: u32, place: vec2<u32>, up: bool) -> bool {
     let there = adjacent_elements(node_ply(node), place);
     let e = element_above(node, place);
     var bits = 0u;
-    if (there.x) { bits |= flags[e]; }
-    if (up && there.y) { bits |= flags[e - 1u]; }
-    if (!up && there.w) { bits |= flags[e - scene.columns]; }
+    if (there.x) { bits |= yarns_left(e); }
+    if (up && there.y) { bits |= yarns_left(e - 1u); }
+    if (!up && there.w) { bits |= yarns_left(e - scene.columns); }
     return (bits & select(1u, 2u, up)) != 0u;
 }

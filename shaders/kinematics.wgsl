@@ -1,4 +1,4 @@
-// kinematics: size, gradients, stretches and directions of an element. Needs `nodes`.
+// kinematics: size, gradients, stretches and directions of an element.
 // Twin: src/physics/kinematics.rs
 
 /// Keeps quotients finite where an element has shrunk to nothing: least stretch, its square or its change.
@@ -23,7 +23,7 @@ struct ElementGeometry {
     area: f32,
 }
 
-fn geometry_of(element: u32) -> ElementGeometry {
+fn geometry_of(ply: u32, place: vec2<u32>) -> ElementGeometry {
     let finest = ElementGeometry(
         scene.gradient_x,
         scene.gradient_y,
@@ -39,9 +39,8 @@ fn geometry_of(element: u32) -> ElementGeometry {
         scene.cells,
         scene.area);
     if (!GRADED) { return finest; }
-    let place = element_place(element);
-    let x = line_at(element_ply(element), 0u, place.y);
-    let y = line_at(element_ply(element), 1u, place.x);
+    let x = line_at(ply, 0u, place.y);
+    let y = line_at(ply, 1u, place.x);
     return ElementGeometry(
         finest.gradient_x * x.per_width,
         finest.gradient_y * y.per_width,
@@ -79,16 +78,7 @@ struct Differences {
     mode: vec3<f32>,
 }
 
-fn load(field: u32, at: u32) -> vec3<f32> {
-    let n = scene.nodes;
-    return vec3<f32>(nodes[field * n + at], nodes[(field + 1u) * n + at], nodes[(field + 2u) * n + at]);
-}
-
-fn differences(field: u32, at: vec4<u32>) -> Differences {
-    let a = load(field, at.x);
-    let b = load(field, at.y);
-    let c = load(field, at.z);
-    let d = load(field, at.w);
+fn differences(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, d: vec3<f32>) -> Differences {
     let bottom = b - a;
     let top = c - d;
     return Differences(bottom + top, (d - a) + (c - b), top - bottom);

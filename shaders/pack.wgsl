@@ -188,8 +188,13 @@ fn adjacent_elements(ply: u32, place: vec2<u32>) -> vec4<bool> {
     return vec4<bool>(above && right, above && left, below && left, below && right);
 }
 
+fn node_word(slot: u32, field: u32, node: u32) -> u32 { return (6u * slot + field) * scene.nodes + node; }
+
 /// Vector of a node in the axes of its ply, from its first field on: 0 displacement [m], 3 velocity [m/s].
-fn node_vector(field: u32, node: u32) -> vec3<f32> {
-    let at = field * scene.nodes + node;
+fn vector_in(slot: u32, field: u32, node: u32) -> vec3<f32> {
+    let at = node_word(slot, field, node);
     return vec3<f32>(nodes[at], nodes[at + scene.nodes], nodes[at + 2u * scene.nodes]);
 }
+
+/// The same at the end of the step, as far as it has come.
+fn node_vector(field: u32, node: u32) -> vec3<f32> { return vector_in(slot_now(), field, node); }

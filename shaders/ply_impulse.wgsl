@@ -4,7 +4,7 @@
 //   in      contacts  array<Contact>  (2, N)
 //   in      shares    array<u32>      (N)      contacts of a node, by weight
 //   in/out  impulses  array<i32>      (N, 6)   impulse on a node, then what moves it without a velocity left, counted
-//   in/out  accumulators  array<f32>               see `energy_balance`
+//   in/out  contact_work  array<f32>      (5, N)   see `energy_balance`
 //   in      status    array<u32>               counters
 // Twin: `solve` of src/solver/contact/ply_impulse.rs
 
@@ -13,7 +13,7 @@
 @group(1) @binding(2) var<storage, read> contacts: array<Contact>;
 @group(1) @binding(3) var<storage, read> shares: array<u32>;
 @group(1) @binding(4) var<storage, read_write> impulses: array<atomic<i32>>;
-@group(1) @binding(5) var<storage, read_write> accumulators: array<f32>;
+@group(1) @binding(5) var<storage, read_write> contact_work: array<f32>;
 @group(1) @binding(6) var<storage, read_write> status: array<atomic<u32>>;
 
 /// Contacts of a node by weight. Below one a light touch of a corner would throw it away.
@@ -47,7 +47,7 @@ fn press(ply: u32, node: u32, side: u32) {
     let found = impulse_between(velocity, push, contact.normal_impulse.w, kappa);
     let slide = velocity - push * dot(velocity, push);
     let part = part_of(ply, node_place(node));
-    accumulators[10u * scene.elements + scene.nodes + node] -= part * dot(found.friction_impulse, slide + found.friction_impulse * (0.5 * compliance));
+    contact_work[scene.nodes + node] -= part * dot(found.friction_impulse, slide + found.friction_impulse * (0.5 * compliance));
     // In the largest unit of any of the nodes, which is a whole number of every other one's.
     let own = count_shift(ply, node_place(node));
     var theirs: vec4<u32>;

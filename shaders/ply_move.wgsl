@@ -1,22 +1,20 @@
 // ply_move: gives the nodes the impulses of contact between plies.
 //   in/out  nodes     array<f32>  (6, N)   displacement [m], velocity [m/s]
-//   in      forces    array<f32>  (9, E)   P1·Ly/2, P2·Lx/2, force on the difference of opposite edges [N]
+//   in      cells     array<u32>           elements, see `cells`
 //   in/out  shares    array<u32>  (N)      contacts of a node, by weight; from 0 again
 //   in/out  impulses  array<i32>  (N, 6)   counted impulses; from 0 again
-//   in/out  accumulators  array<f32>           see `energy_balance`
+//   in/out  contact_work  array<f32>  (5, N)   see `energy_balance`
 //   in/out  supports  array<f32>  (S, 3)   impulse of the supports since the last sample [N·s], nodes of the rim
 //   in/out  status    array<u32>           counters
-//   in      yarns     array<f32>           viscous forces of warp and weft [N], see `element_force`
 // Twin: src/solver/contact/ply_impulse.rs
 
 @group(1) @binding(0) var<storage, read_write> nodes: array<f32>;
-@group(1) @binding(1) var<storage, read> forces: array<f32>;
+@group(1) @binding(1) var<storage, read> cells: array<u32>;
 @group(1) @binding(2) var<storage, read_write> shares: array<u32>;
 @group(1) @binding(3) var<storage, read_write> impulses: array<i32>;
-@group(1) @binding(4) var<storage, read_write> accumulators: array<f32>;
+@group(1) @binding(4) var<storage, read_write> contact_work: array<f32>;
 @group(1) @binding(5) var<storage, read_write> supports: array<f32>;
 @group(1) @binding(6) var<storage, read_write> status: array<atomic<u32>>;
-@group(1) @binding(7) var<storage, read> yarns: array<f32>;
 
 /// A node's sum in the axes of its ply [N·s], and 0 in its place.
 fn take(ply: u32, at: u32, unit: f32) -> vec3<f32> {
@@ -25,29 +23,26 @@ fn take(ply: u32, at: u32, unit: f32) -> vec3<f32> {
     return to_ply(ply, count * unit);
 }
 
-/// Shock viscosity's part of the force of a yarn (0 warp, 1 weft) of an element [N]. It is taken along the whole force, which trellis
-/// shear turns a little away from the yarn.
-fn viscous_part(element: u32, yarn: u32, size: f32) -> vec3<f32> {
-    let force = element_forces(3u * yarn, element);
-    let whole = sqrt(dot(force, force));
-    return force * (yarns[yarn * scene.elements + element] * size / max(whole, 1e-30));
-}
-
-/// Shock viscosity's part of the force of one element [N], with the signs of the corner it has at this node; `there` is false beyond the edge.
-fn corner_viscous(element: u32, there: bool, warp: f32, weft: f32) -> vec3<f32> {
+/// Forces of shock viscosity on the node at a place from an element [N], with the signs of the corner it has there.
+fn corner_viscous(ply: u32, place: vec2<u32>, there: bool, warp: f32, weft: f32) -> vec3<f32> {
     if (!there) { return vec3<f32>(0.0); }
-    let size = geometry_of(element);
-    return warp * viscous_part(element, 0u, size.membrane_warp) + weft * viscous_part(element, 1u, size.membrane_weft);
+    let size = geometry_of(ply, place);
+    let at = corners(element_at(ply, place));
+    let slot = slot_before();
+    let k = kinematics(size, differences(
+        vector_in(slot, 0u, at.x), vector_in(slot, 0u, at.y), vector_in(slot, 0u, at.z), vector_in(slot, 0u, at.w)));
+    let drag = yarn_pair(slot_now(), DRAG, element_at(ply, place));
+    return (warp * drag.x * size.membrane_warp) * k.warp + (weft * drag.y * size.membrane_weft) * k.weft;
 }
 
 /// Shock viscosity's part of the internal force on a node [N].
-fn viscous_force(node: u32, place: vec2<u32>) -> vec3<f32> {
+fn viscous_force(ply: u32, place: vec2<u32>) -> vec3<f32> {
     if (!VISCOUS) { return vec3<f32>(0.0); }
-    let there = adjacent_elements(node_ply(node), place);
-    let e = element_above(node, place);
-    let above = corner_viscous(e, there.x, 1.0, 1.0) + corner_viscous(e - 1u, there.y, -1.0, 1.0);
-    let below = corner_viscous(e - scene.columns - 1u, there.z, 1.0, 1.0) + corner_viscous(e - scene.columns, there.w, -1.0, 1.0);
-    return above - below;
+    let there = adjacent_elements(ply, place);
+    let left = place - vec2<u32>(0u, 1u);
+    let below = place - vec2<u32>(1u, 0u);
+    return (corner_viscous(ply, place, there.x, 1.0, 1.0) + corner_viscous(ply, left, there.y, -1.0, 1.0))
+        - (corner_viscous(ply, left - vec2<u32>(1u, 0u), there.z, 1.0, 1.0) + corner_viscous(ply, below, there.w, -1.0, 1.0));
 }
 
 @compute @workgroup_size(64)
@@ -67,23 +62,25 @@ fn ply_move(id: Invocation) {
     if (all(impulse == vec3<f32>(0.0)) && all(shift == vec3<f32>(0.0))) { return; }
     touch(ply, place);
     let inverse = inverse_mass(ply, place);
-    let force = gather(node, place);
-    let pull = step.kick * force * inverse;
     let u = node_vector(0u, node);
     let free = node_vector(3u, node);
+    let before = vector_in(slot_before(), 3u, node);
     let change = inverse * impulse;
     let now = free + change;
     let way = scene.dt * inverse * shift;
     let moved = u + (scene.dt * change + way);
     for (var a = 0u; a < 3u; a++) {
-        nodes[a * n + node] = moved[a];
-        nodes[(3u + a) * n + node] = now[a];
+        nodes[node_word(slot_now(), a, node)] = moved[a];
+        nodes[node_word(slot_now(), 3u + a, node)] = now[a];
     }
-    let at = 10u * scene.elements + node;
-    accumulators[at] -= 0.5 * dot(impulse, (free - pull) + now);
+    contact_work[node] -= 0.5 * dot(impulse, before + now);
+    let force = node_mass(ply, place) / step.kick * (free - before);
     if (any(way != vec3<f32>(0.0))) {
         // Viscosity sees velocities alone: against it nothing is stored, and nothing dissipated.
-        accumulators[at + 2u * n] -= dot(force - viscous_force(node, place), way);
+        contact_work[2u * n + node] -= dot(force - viscous_force(ply, place), way);
     }
+    let half = -0.5 * scene.dt * dot(force, change);
+    contact_work[3u * n + node] += half;
+    if (step.slot != NONE) { contact_work[4u * n + node] = half; }
     if (held(ply, place) != 0u) { add_support(ply, place, -select(vec3<f32>(0.0), impulse, inverse <= vec3<f32>(0.0))); }
 }

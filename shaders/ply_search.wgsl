@@ -1,6 +1,6 @@
 // ply_search: which nodes come too close to a cell of a neighbouring ply, and how many contacts each node takes part in.
 //   in      nodes     array<f32>      (6, N)   displacement [m], velocity [m/s]
-//   in      flags     array<u32>      (E)      bit 0 warp alive, bit 1 weft alive
+//   in      cells     array<u32>               elements, see `cells`
 //   in/out  over      array<u32>      (2, N)   element of the ply in front, of the ply behind, that a node is over, PENETRATING
 //   out     contacts  array<Contact>  (2, N)
 //   in/out  shares    array<u32>      (N)      contacts of a node, by weight
@@ -8,7 +8,7 @@
 // Twin: `PlySearch` of src/solver/contact/ply_search.rs, `share` of src/solver/contact/ply_impulse.rs
 
 @group(1) @binding(0) var<storage, read> nodes: array<f32>;
-@group(1) @binding(1) var<storage, read> flags: array<u32>;
+@group(1) @binding(1) var<storage, read> cells: array<u32>;
 @group(1) @binding(2) var<storage, read_write> over: array<u32>;
 @group(1) @binding(3) var<storage, read_write> contacts: array<Contact>;
 @group(1) @binding(4) var<storage, read_write> shares: array<atomic<u32>>;
@@ -49,7 +49,7 @@ fn cell_at(ply: u32, cell: vec2<u32>) -> Cell {
 }
 
 /// Whether a cell of a ply carries load.
-fn cell_is_intact(ply: u32, cell: vec2<u32>) -> bool { return (flags[element_at(ply, cell)] & 3u) != 0u; }
+fn cell_is_intact(ply: u32, cell: vec2<u32>) -> bool { return yarns_left(element_at(ply, cell)) != 0u; }
 
 /// Position of a point over the cells that meet at the corner of a cell to which its foot points: over the nearest of them, or of
 /// their edges.
@@ -154,7 +154,7 @@ fn search(ply: u32, node: u32, place: vec2<u32>, side: u32) -> bool {
     let recovery = recovery_speed(gap, front.thickness, along);
     let depth = bitcast<u32>(max(-gap, 0.0));
     // Torn edges stick into each other: only whole fabric counts.
-    let whole = (flags[element_at(other, touch.cell)] & 3u) == o.present && is_whole(node, place);
+    let whole = yarns_left(element_at(other, touch.cell)) == o.present && is_whole(node, place);
     if (whole && depth > atomicLoad(&status[counter(PLY_DEPTH)])) { atomicMax(&status[counter(PLY_DEPTH)], depth); }
     if (!(along < limit || recovery > 0.0)) { return false; }
     contacts[at] = Contact(vec4<f32>(touch.normal_impulse, limit), vec4<f32>(touch.place, recovery, 1.0));

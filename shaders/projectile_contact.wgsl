@@ -3,7 +3,6 @@
 // K = N M⁻¹ Nᵀ of those that push, K p = G V′ + target − n·v takes the place of p = κ(…), block by block. With K = L Lᵀ the body's
 // equations need L⁻¹G alone. Without a rim no touch shares a node, and nothing of K is computed.
 //   in/out  nodes    array<f32>    (6, N)       displacement [m], velocity [m/s]
-//   in      forces   array<f32>    (9, E)       P1·Ly/2, P2·Lx/2, force on the difference of opposite edges [N]
 //   in/out  status   array<u32>                 counters
 //   in/out  bodies   array<Body>                the projectiles
 //   in/out  points   array<Point>               nodes near it
@@ -13,13 +12,12 @@
 // Twin: src/solver/contact/projectile_contact.rs
 
 @group(1) @binding(0) var<storage, read_write> nodes: array<f32>;
-@group(1) @binding(1) var<storage, read> forces: array<f32>;
-@group(1) @binding(2) var<storage, read_write> status: array<atomic<u32>>;
-@group(1) @binding(3) var<storage, read_write> bodies: array<Body>;
-@group(1) @binding(4) var<storage, read_write> points: array<Point>;
-@group(1) @binding(5) var<storage, read_write> touches: array<Touch>;
-@group(1) @binding(6) var<storage, read_write> members: array<u32>;
-@group(1) @binding(7) var<storage, read_write> matrix: array<f32>;
+@group(1) @binding(1) var<storage, read_write> status: array<atomic<u32>>;
+@group(1) @binding(2) var<storage, read_write> bodies: array<Body>;
+@group(1) @binding(3) var<storage, read_write> points: array<Point>;
+@group(1) @binding(4) var<storage, read_write> touches: array<Touch>;
+@group(1) @binding(5) var<storage, read_write> members: array<u32>;
+@group(1) @binding(6) var<storage, read_write> matrix: array<f32>;
 
 /// Points, and touches.
 var<workgroup> extent: vec2<u32>;
@@ -247,9 +245,8 @@ fn solve(local: u32) {
 }
 
 /// Gives the nodes their impulses, and sums up what the impulses did: impulse and turn on the body, dissipation, friction, work of the drive,
-/// support.
+/// support, work on the elements in the half step after the positions.
 fn account(local: u32) {
-    let n = scene.nodes;
     let prescribed = scene.body_prescribed != 0u;
     var part: array<f32, 27>;
     for (var p = local; p < extent.x; p += WIDTH) {
@@ -260,8 +257,8 @@ fn account(local: u32) {
         let ply = node_ply(node);
         let place = node_place(node);
         let inverse = points[point_number(p)].inverse.xyz;
-        let force = to_pack(ply, gather(node, place));
-        points[point_number(p)].before = vec4<f32>(points[point_number(p)].relative.xyz - inverse * force * step.kick, 0.0);
+        let pull = node_vector(3u, node) - vector_in(slot_before(), 3u, node);
+        points[point_number(p)].before = vec4<f32>(points[point_number(p)].relative.xyz - to_pack(ply, pull), 0.0);
         if (drag.w <= 0.0 && all(carried == vec3<f32>(0.0))) { continue; }
         let impulse = touches[touch_number(p)].normal.xyz * drag.w + drag.xyz + carried;
         let fixed = inverse <= vec3<f32>(0.0);
@@ -270,9 +267,10 @@ fn account(local: u32) {
         for (var a = 0u; a < 3u; a++) { part[9u + a] += support[a]; }
         let change = to_ply(ply, inverse * impulse);
         touch(ply, place);
+        part[12] -= 0.5 * (scene.dt / step.kick) * node_mass(ply, place) * dot(pull, change);
         for (var a = 0u; a < 3u; a++) {
-            nodes[a * n + node] += scene.dt * change[a];
-            nodes[(3u + a) * n + node] += change[a];
+            nodes[node_word(slot_now(), a, node)] += scene.dt * change[a];
+            nodes[node_word(slot_now(), 3u + a, node)] += change[a];
         }
     }
     storageBarrier();
@@ -295,7 +293,7 @@ fn account(local: u32) {
         part[7] -= dot(drag.xyz, mean);
         part[8] += select(0.0, dot(impulse, surface), prescribed);
     }
-    reduce(&part, 12u, local);
+    reduce(&part, 13u, local);
 }
 
 @compute @workgroup_size(WIDTH)

@@ -64,8 +64,6 @@ struct Touch {
     row: u32,
 }
 
-const NONE: u32 = 0xffffffffu;
-
 // States of a point.
 const AWAY: u32 = 0u;
 const NEAR: u32 = 1u;
@@ -171,8 +169,8 @@ fn solve_motion() {
     }
 }
 
-/// The body after impulse and turn `result[0..6]`, losses and work `result[6..9]` and what the supports took `result[9..12]`: moved
-/// on by a step. `met`: whether there was anything to meet.
+/// The body after impulse and turn `result[0..6]`, losses and work `result[6..9]`, what the supports took `result[9..12]` and
+/// work on the elements `result[12]`: moved on by a step. `met`: whether there was anything to meet.
 fn moved_body(start: Body, met: bool) -> Body {
     var b = start;
     b.coarse_before = b.coarse;
@@ -186,10 +184,11 @@ fn moved_body(start: Body, met: bool) -> Body {
                 b.angular_momentum += vec4<f32>(about_planes(vec3<f32>(result[3], result[4], result[5])), 0.0);
             }
         }
-        b.impulse += vec4<f32>(impulse, 0.0);
+        b.impulse += vec4<f32>(impulse, result[12]);
         b.support += vec4<f32>(result[9], result[10], result[11], 0.0);
         b.energy += vec4<f32>(result[6], result[7], result[8], 0.0);
     }
+    b.support.w = result[12];
     return advance(b);
 }
 

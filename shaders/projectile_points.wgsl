@@ -1,7 +1,7 @@
 // projectile_points: where the projectile may touch in this step: nodes, and where the rim of its face is sampled the points at which it
 // crosses edges of elements. One workgroup, before `projectile_contact`.
 //   in      nodes       array<f32>    (6, N)   displacement [m], velocity [m/s]
-//   in      flags       array<u32>    (E)      bit 0 warp alive, bit 1 weft alive
+//   in      cells       array<u32>             elements, see `cells`
 //   in/out  status      array<u32>             counters
 //   in/out  bodies      array<Body>            the projectiles; their deepest nodes
 //   in/out  candidates  array<u32>             a bit per node, then a bit per word of these; cleared
@@ -11,7 +11,7 @@
 // Twin: src/solver/contact/projectile_points.rs
 
 @group(1) @binding(0) var<storage, read> nodes: array<f32>;
-@group(1) @binding(1) var<storage, read> flags: array<u32>;
+@group(1) @binding(1) var<storage, read> cells: array<u32>;
 @group(1) @binding(2) var<storage, read_write> status: array<atomic<u32>>;
 @group(1) @binding(3) var<storage, read_write> bodies: array<Body>;
 @group(1) @binding(4) var<storage, read_write> candidates: array<atomic<u32>>;

@@ -62,6 +62,11 @@ struct Scene {
     shot_elements: u32,
     shot_nodes: u32,
     plies: u32,
+    /// Tiles of a ply along its rows and columns.
+    tile_rows: u32,
+    tile_columns: u32,
+    pad0: u32,
+    pad1: u32,
     /// Ply type of the constants below.
     ply_type: u32,
     ply_friction: f32,
@@ -166,7 +171,7 @@ struct Scene {
 struct Step {
     /// Counted from 0.
     index: u32,
-    /// Place where the energy balance writes this step.
+    /// Place where the energy balance writes this step, or `NONE`.
     slot: u32,
     /// Steps since the last sample.
     since: u32,
@@ -203,6 +208,9 @@ const REACH: u32 = 13u;
 /// Words before that.
 const STATUS_WORDS: u32 = 13u;
 
+/// No step, place, ply.
+const NONE: u32 = 0xffffffffu;
+
 @group(0) @binding(0) var<uniform> scene: Scene;
 @group(0) @binding(1) var<uniform> step: Step;
 @group(0) @binding(2) var<uniform> plies: array<Ply, 64>;
@@ -215,6 +223,11 @@ struct Invocation {
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 }
+
+/// Nodes and elements lie in two slots by turns: a step reads what the last one left, and writes the other slot.
+fn slot_before() -> u32 { return (step.index + 1u) & 1u; }
+
+fn slot_now() -> u32 { return step.index & 1u; }
 
 /// Number of an invocation among those of its shot.
 fn invocation_number(id: Invocation) -> u32 { return (id.group.y * id.groups.x + id.group.x) * GROUP + id.local; }

@@ -1,15 +1,15 @@
 // yarn_load: tension of the yarns, and their load as failure judges it, in steps with a sample.
-//   in      nodes         array<f32>  (6, N)    read by what it shares with others
-//   out     accumulators  array<f32>  (10, E)   see `energy_balance`: largest tension, largest load
-//   in      yarns         array<f32>  (8, E)    see `element_force`
+//   in      nodes  array<f32>            read by what it shares with others
+//   in      cells  array<u32>            elements, see `cells`
+//   in/out  tiles  array<u32>  (T, 14)   bits of largest tension and load, in the first tile of a ply
 // Twin: src/solver/failure.rs
 
 @group(1) @binding(0) var<storage, read> nodes: array<f32>;
-@group(1) @binding(1) var<storage, read_write> accumulators: array<f32>;
-@group(1) @binding(2) var<storage, read> yarns: array<f32>;
+@group(1) @binding(1) var<storage, read> cells: array<u32>;
+@group(1) @binding(2) var<storage, read_write> tiles: array<atomic<u32>>;
 
 /// Strains of this step.
-fn strain_slot() -> u32 { return 2u + 2u * (step.index & 1u); }
+fn strain_slot() -> u32 { return slot_now(); }
 
 /// Mean strain of the elements side by side in a yarn with one: what is broken carries nothing.
 fn yarn_strain(ply: u32, place: vec2<u32>, which: u32) -> f32 {
@@ -38,6 +38,8 @@ fn yarn_load(id: Invocation) {
     let warp = piece_of(element, 0u, 0.0);
     let weft = piece_of(element, 1u, 0.0);
     let load = vec2<f32>(warp.x * warp.y, weft.x * weft.y) / failure_strain(element);
-    accumulators[5u * scene.elements + element] = max(tension.x, tension.y);
-    accumulators[9u * scene.elements + element] = max(load.x, load.y);
+    // Numbers above zero are in the order of their bits.
+    let at = tile_sum(ply, 0u, TENSION);
+    atomicMax(&tiles[at], bitcast<u32>(max(tension.x, tension.y)));
+    atomicMax(&tiles[at + LOAD - TENSION], bitcast<u32>(max(load.x, load.y)));
 }

@@ -2,9 +2,8 @@
 
 use super::DeviceError;
 use super::layout::{
-    ACCUMULATOR_FIELDS, BODY_WORDS, CONTACT_GROUPS, CONTACT_WORDS, EVENT_WORDS, FORCE_FIELDS, HEIGHT_FIELDS,
-    IMPULSE_FIELDS, NODE_FIELDS, PLY_ACCUMULATOR_FIELDS, POINT_WORDS, REACH_WORDS, SHOTS, STATUS_WORDS, STRAIN_FIELDS,
-    STRENGTH_FIELDS, SUMS, TOUCH_WORDS, VISCOUS_FIELDS,
+    BODY_WORDS, CONTACT_GROUPS, CONTACT_WORDS, CONTACT_WORK_FIELDS, EVENT_WORDS, IMPULSE_FIELDS, NODE_FIELDS,
+    POINT_WORDS, REACH_WORDS, SHOTS, STATE_SLOTS, STATUS_WORDS, STRENGTH_FIELDS, SUMS, TILE, TOUCH_WORDS, cell, sum,
 };
 use crate::model::Model;
 
@@ -50,16 +49,14 @@ macro_rules! buffers {
 }
 
 buffers! {
-    /// Displacement and velocity, shape (6, nodes).
+    /// Displacement and velocity, shape (slots, 6, nodes).
     Nodes = "nodes",
-    /// Forces, shape (9, elements).
-    Forces = "forces",
-    /// Predictor of the yarn heights, and the heights, shape (6, elements).
-    Heights = "heights",
-    /// Intact yarns and residual evaluations, shape (elements,).
-    Flags = "flags",
-    /// Energy accumulators of the elements, shape (10, elements), and of contact between plies, shape (3, nodes).
-    Accumulators = "accumulators",
+    /// What elements keep from step to step, shape (slots, 7, elements); then strengths, shape (2, elements), where those vary.
+    Cells = "cells",
+    /// Sums of tiles, shape (tiles, 14).
+    Tiles = "tiles",
+    /// Energies of contact between plies, shape (5, nodes).
+    ContactWork = "contact_work",
     /// Counters, shape (12,), and active regions, shape (plies, 4).
     Status = "status",
     /// Failures, shape (2·elements, 4): every yarn breaks once, so the list cannot overflow.
@@ -88,9 +85,6 @@ buffers! {
     Members = "members",
     /// Equations of those, a triangle for each ply.
     Matrix = "matrix",
-    /// Viscous forces of warp and weft, shape (2, elements), where yarns have shock viscosity or failure is judged over a length; then
-    /// strains of the last two steps, shape (2 steps, 2, elements), and strengths, shape (2, elements), where there are such.
-    Yarns = "yarns",
 }
 
 /// Sizes of the buffers of a model, shot by shot but for the number of shots.
@@ -102,8 +96,10 @@ pub struct Sizes {
     pub plies: u64,
     /// Places for elements.
     pub elements: u64,
-    /// Fields of the yarns of an element; see [`BufferId::Yarns`].
-    pub yarn_fields: u64,
+    /// Fields of an element; see [`BufferId::Cells`].
+    pub cell_fields: u64,
+    /// Tiles of a ply along its rows and columns.
+    pub tiles: [u64; 2],
     /// Places for nodes.
     pub nodes: u64,
     /// Nodes on the edges of the plies.
@@ -134,7 +130,9 @@ impl Sizes {
             contact_group: (touching as u32).next_power_of_two().clamp(CONTACT_GROUPS[0], CONTACT_GROUPS[1]),
             plies: grid.plies as u64,
             elements,
-            yarn_fields: VISCOUS_FIELDS + STRAIN_FIELDS + if model.strength.is_some() { STRENGTH_FIELDS } else { 0 },
+            cell_fields: STATE_SLOTS * cell::CELL_FIELDS as u64
+                + model.strength.as_ref().map_or(0, |_| STRENGTH_FIELDS),
+            tiles: [grid.rows, grid.columns].map(|elements| (elements as u64 + 1).div_ceil(TILE)),
             nodes,
             edge_nodes: (grid.plies * 2 * (grid.columns + grid.rows + 2)) as u64,
             points: if model.projectile.is_some() { nodes.min(POINTS) } else { 0 },
@@ -172,11 +170,10 @@ impl Sizes {
         let mask_words = self.nodes.div_ceil(32);
         let members = MEMBERS * self.constraints;
         match name {
-            BufferId::Nodes => [NODE_FIELDS, self.nodes],
-            BufferId::Forces => [FORCE_FIELDS, self.elements],
-            BufferId::Heights => [HEIGHT_FIELDS, self.elements],
-            BufferId::Flags => [1, self.elements],
-            BufferId::Accumulators => [1, ACCUMULATOR_FIELDS * self.elements + PLY_ACCUMULATOR_FIELDS * meeting],
+            BufferId::Nodes => [STATE_SLOTS * NODE_FIELDS, self.nodes],
+            BufferId::Cells => [self.cell_fields, self.elements],
+            BufferId::Tiles => [1, sum::TILE_SUMS as u64 * self.plies * self.tiles[0] * self.tiles[1]],
+            BufferId::ContactWork => [CONTACT_WORK_FIELDS, meeting],
             BufferId::Status => [1, STATUS_WORDS as u64 + REACH_WORDS * self.plies],
             BufferId::Events => [1, 2 * EVENT_WORDS * self.elements],
             BufferId::Supports => [1, 3 * self.edge_nodes],
@@ -191,7 +188,6 @@ impl Sizes {
             BufferId::Touches => [1, TOUCH_WORDS * (self.points + self.plies * self.constraints + 1)],
             BufferId::Members => [1, (2 * self.plies * members).max(1)],
             BufferId::Matrix => [1, (self.plies * members * (members + 1) / 2).max(1)],
-            BufferId::Yarns => [self.yarn_fields, self.elements],
         }
     }
 

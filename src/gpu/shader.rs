@@ -16,10 +16,8 @@ pub enum Access {
 /// Stage of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
-    /// `element_force`, and `yarn_load` in steps with a sample.
-    Elements,
-    /// `node_update`
-    Nodes,
+    /// `sweep`, and `yarn_load` in steps with a sample.
+    Sweep,
     /// `ply_search`, `ply_impulse`, `ply_move`
     Plies,
     /// `projectile_points`, and `projectile_contact` with the motion of the body.
@@ -30,13 +28,12 @@ pub enum Stage {
 
 impl Stage {
     /// A whole step.
-    pub const ALL: [Self; 5] = [Self::Elements, Self::Nodes, Self::Plies, Self::Projectile, Self::EnergyBalance];
+    pub const ALL: [Self; 4] = [Self::Sweep, Self::Plies, Self::Projectile, Self::EnergyBalance];
 
     /// Key in `summary.json`.
     pub(crate) fn name(self) -> &'static str {
         match self {
-            Self::Elements => "element_force",
-            Self::Nodes => "node_update",
+            Self::Sweep => "sweep",
             Self::Plies => "ply_contact",
             Self::Projectile => "projectile_contact",
             Self::EnergyBalance => "energy_balance",
@@ -79,45 +76,41 @@ macro_rules! kernels {
 }
 
 /// Every kernel, in the order of a step.
-pub const KERNELS: [Kernel; 9] = kernels! {
-    // Extensions, unit cells, shear, failure and forces of the elements.
-    Elements "element_force"
-        ["gather", "kinematics", "membrane", "failure", "crossover", "coupled_newton",
-         "yarn_law", "arc_length", "shear", "active_region"]
-        {Nodes Read, Forces Write, Heights Write, Flags Write, Accumulators Write, Status Write, Events Write,
-         Yarns Write};
+pub const KERNELS: [Kernel; 8] = kernels! {
+    // Forces of the elements, and motion of the nodes.
+    Sweep "sweep"
+        ["element_force", "node_update", "kinematics", "membrane", "failure", "crossover", "coupled_newton",
+         "yarn_law", "arc_length", "shear", "cells", "sums", "supports", "projectile_shape", "rigid_body",
+         "active_region"]
+        {Nodes Write, Cells Write, Tiles Write, Status Write, Events Write, Supports Write, Body Read,
+         Candidates Write};
     // Tensions and loads of yarns.
-    Elements "yarn_load" ["failure"] {Nodes Read, Accumulators Write, Yarns Read};
-    // Gather, kick and drift of the nodes.
-    Nodes "node_update"
-        ["gather", "supports", "projectile_shape", "rigid_body", "active_region"]
-        {Nodes Write, Forces Read, Supports Write, Status Write, Body Read, Candidates Write};
+    Sweep "yarn_load" ["failure", "cells", "sums"] {Nodes Read, Cells Read, Tiles Write};
     // Contacts between plies, and their number at each node.
     Plies "ply_search"
-        ["ply_contact", "ply_view", "intact", "active_region"]
-        {Nodes Read, Flags Read, Over Write, Contacts Write, Shares Write, Status Write};
+        ["ply_contact", "ply_view", "intact", "cells", "active_region"]
+        {Nodes Read, Cells Read, Over Write, Contacts Write, Shares Write, Status Write};
     // Impulses of the contacts between plies.
     Plies "ply_impulse"
         ["ply_contact", "ply_view"]
-        {Nodes Read, Over Read, Contacts Read, Shares Read, Impulses Write, Accumulators Write, Status Write};
+        {Nodes Read, Over Read, Contacts Read, Shares Read, Impulses Write, ContactWork Write, Status Write};
     // Impulses of contact between plies, applied to the nodes.
     Plies "ply_move"
-        ["ply_view", "gather", "kinematics", "supports", "active_region"]
-        {Nodes Write, Forces Read, Shares Write, Impulses Write, Accumulators Write, Supports Write, Status Write,
-         Yarns Read};
+        ["ply_view", "kinematics", "cells", "supports", "active_region"]
+        {Nodes Write, Cells Read, Shares Write, Impulses Write, ContactWork Write, Supports Write, Status Write};
     // Places where the projectile may touch.
     Projectile "projectile_points"
-        ["projectile_motion", "contact_candidates", "intact", "projectile_shape", "rigid_body", "active_region"]
-        {Nodes Read, Flags Read, Status Write, Body Write, Candidates Write, Points Write, Over Read, Touches Write};
+        ["projectile_motion", "contact_candidates", "intact", "cells", "projectile_shape", "rigid_body",
+         "active_region"]
+        {Nodes Read, Cells Read, Status Write, Body Write, Candidates Write, Points Write, Over Read, Touches Write};
     // Contact at those places, and motion of the projectile.
     Projectile "projectile_contact"
-        ["edge_contact", "projectile_motion", "gather", "rigid_body", "active_region"]
-        {Nodes Write, Forces Read, Status Write, Body Write, Points Write, Touches Write, Members Write,
-         Matrix Write};
+        ["edge_contact", "projectile_motion", "rigid_body", "active_region"]
+        {Nodes Write, Status Write, Body Write, Points Write, Touches Write, Members Write, Matrix Write};
     // Sums of energy, momentum and counts.
     EnergyBalance "energy_balance"
-        ["gather", "projectile_shape", "rigid_body"]
-        {Nodes Read, Forces Read, Flags Write, Accumulators Write, Supports Write, Body Write, Status Write,
+        ["cells", "sums", "projectile_shape", "rigid_body"]
+        {Nodes Read, Cells Read, Tiles Write, ContactWork Write, Supports Write, Body Write, Status Write,
          Samples Write};
 };
 

@@ -109,17 +109,21 @@ impl<'a> DeviceStepper<'a> {
                 step.push(Dispatch { stage: kernel.stage, ply_type, sampled, workgroups, program });
             };
             match kernel.stage {
-                Stage::Elements => {
+                Stage::Sweep => {
+                    let whole = match kernel.name {
+                        "yarn_load" => workgroups(sizes.elements.div_ceil(u64::from(GROUP)), most),
+                        _ => workgroups(sizes.plies * sizes.tiles[0] * sizes.tiles[1], most),
+                    };
                     for (at, ply_type) in model.ply_types.iter().enumerate() {
                         let features = Features::new(model, std::slice::from_ref(ply_type));
                         for sampled in
                             [false, true].into_iter().filter(|sampled| *sampled || kernel.name != "yarn_load")
                         {
-                            add(at, &features, Some(sampled), workgroups(sizes.elements, most));
+                            add(at, &features, Some(sampled), whole);
                         }
                     }
                 }
-                Stage::Nodes | Stage::Plies => add(0, &features, None, workgroups(sizes.nodes, most)),
+                Stage::Plies => add(0, &features, None, workgroups(sizes.nodes.div_ceil(u64::from(GROUP)), most)),
                 Stage::Projectile => add(0, &features, None, [1, 1]),
                 Stage::EnergyBalance => add(0, &features, Some(true), [sizes.groups as u32, 1]),
             }
@@ -200,9 +204,9 @@ impl<'a> DeviceStepper<'a> {
     }
 }
 
-/// Workgroups of `count` invocations as a two-dimensional dispatch within `most` per dimension.
+/// Workgroups as a two-dimensional dispatch within `most` per dimension.
 fn workgroups(count: u64, most: u32) -> [u32; 2] {
-    let groups = count.div_ceil(u64::from(GROUP)).max(1);
+    let groups = count.max(1);
     let rows = groups.div_ceil(u64::from(most));
     [groups.div_ceil(rows) as u32, rows as u32]
 }

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use super::DeviceError;
 use super::buffers::BufferId;
-use super::layout::{self, REACH_WORDS, STATUS_WORDS, status};
+use super::layout::{self, REACH_WORDS, STATE_SLOTS, STATUS_WORDS, cell, status};
 use super::stepper::DeviceStepper;
 use crate::model::Model;
 use crate::model::layup::SIDES;
@@ -19,13 +19,14 @@ use crate::solver::state::{Rows, State};
 const SOON: Duration = Duration::from_secs(10);
 
 /// Buffers that begin at zero with a state.
-const CLEARED: [BufferId; 6] = [
+const CLEARED: [BufferId; 7] = [
+    BufferId::Tiles,
+    BufferId::ContactWork,
     BufferId::Supports,
     BufferId::Candidates,
     BufferId::Contacts,
     BufferId::Shares,
     BufferId::Impulses,
-    BufferId::Accumulators,
 ];
 
 impl DeviceStepper<'_> {
@@ -69,14 +70,8 @@ impl DeviceStepper<'_> {
     pub(crate) fn upload_shot(&mut self, shot: usize, model: &Model<f32>, state: &State<f32>) {
         let columns = self.grid.columns;
         let put = |name: BufferId, numbers: &[f32]| self.write_shot(name, shot, bytemuck::cast_slice(numbers));
-        put(BufferId::Nodes, &planes(&state.nodes, 0..node::COUNT, 0, columns + 1));
-        put(BufferId::Forces, &planes(&state.elements, element::FORCES, 1, columns));
-        put(BufferId::Heights, &planes(&state.elements, element::PREDICTOR..element::ALIVE, 1, columns));
-        put(BufferId::Yarns, &self.yarns(model, &state.elements));
-        let alive = planes(&state.elements, element::ALIVE..element::COUNT, 1, columns);
-        let (warp, weft) = alive.split_at(self.sizes.elements as usize);
-        let flag = |(warp, weft): (&f32, &f32)| u32::from(*warp > 0.5) + 2 * u32::from(*weft > 0.5);
-        self.write_shot(BufferId::Flags, shot, &warp.iter().zip(weft).map(flag).collect::<Vec<_>>());
+        put(BufferId::Nodes, &planes(&state.nodes, 0..node::COUNT, 0, columns + 1).repeat(STATE_SLOTS as usize));
+        self.write_shot(BufferId::Cells, shot, &self.cells(model, &state.elements));
         let mut counters = vec![0; STATUS_WORDS];
         counters[status::BAD_STEP] = layout::NONE;
         counters[status::AT_LIMIT] = state.step as u32;
@@ -102,23 +97,46 @@ impl DeviceStepper<'_> {
         self.device.wait(None)
     }
 
-    /// Viscous forces and strains of the yarns, strains as those of both of the last steps; and their strengths, where those vary.
-    fn yarns(&self, model: &Model<f32>, elements: &Rows<f32>) -> Vec<f32> {
-        let fields = |first: usize, count: usize| planes(elements, first..first + count, 1, self.grid.columns);
-        let strains = elements.fields - element::STRAIN;
-        let mut yarns = match self.features.viscous {
-            true => fields(element::COUNT, element::VISCOUS),
-            false => vec![0.0; 2 * self.sizes.elements as usize],
+    /// Cells for both slots, without a predictor; and the strengths of their yarns, where those vary.
+    fn cells(&self, model: &Model<f32>, elements: &Rows<f32>) -> Vec<u32> {
+        let (columns, count) = (self.grid.columns, self.sizes.elements as usize);
+        let fields = |fields: Range<usize>| planes(elements, fields, 1, columns);
+        let (alive, heights) = (fields(element::ALIVE..element::COUNT), fields(element::HEIGHT..element::ALIVE));
+        let yarns = |at: usize| {
+            let sum = self.height_sum(model, at).max(f64::MIN_POSITIVE);
+            let parts = [0, 1].map(|yarn| {
+                let height = f64::from(heights[yarn * count + at]) / sum;
+                let steps = (height.clamp(0.0, 1.0) * f64::from(cell::HEIGHT_STEPS)).round() as u64;
+                u64::from(alive[yarn * count + at] > 0.5) << yarn | steps << (2 + 24 * yarn)
+            });
+            parts[0] | parts[1]
         };
-        (0..2).for_each(|_| yarns.extend(fields(strains, element::STRAIN)));
+        let mut words = vec![0; cell::DRAG * count];
+        for at in 0..count {
+            let yarns = yarns(at);
+            (words[at], words[count + at]) = (yarns as u32, (yarns >> 32) as u32);
+        }
+        let mut put = |numbers: Vec<f32>| words.extend(numbers.into_iter().map(f32::to_bits));
+        put(match self.features.viscous {
+            true => fields(element::COUNT..element::COUNT + element::VISCOUS),
+            false => vec![0.0; element::VISCOUS * count],
+        });
+        put(fields(elements.fields - element::STRAIN..elements.fields));
+        let mut words = words.repeat(STATE_SLOTS as usize);
         if let Some(strength) = &model.strength {
             for (yarn, row) in
                 [0, 1].into_iter().flat_map(|yarn| (0..self.grid.element_rows()).map(move |row| (yarn, row)))
             {
-                yarns.extend((0..self.grid.columns).map(|column| strength.factor(row, yarn, column) as f32));
+                let factor = |column| (strength.factor(row, yarn, column) as f32).to_bits();
+                words.extend((0..self.grid.columns).map(factor));
             }
         }
-        yarns
+        words
+    }
+
+    /// Sum of the heights of warp and weft in an element, by its number in storage [m].
+    fn height_sum(&self, model: &Model<f32>, element: usize) -> f64 {
+        model.ply_type(self.grid.element_row(element / self.grid.columns).0).cell.height_sum
     }
 
     /// Reads the state of a shot back after the steps that it says are done; of the projectile what moves.
@@ -126,32 +144,38 @@ impl DeviceStepper<'_> {
     /// # Errors
     /// When the device was lost.
     pub fn download(&self, shot: usize, model: &Model<f32>, state: &mut State<f32>) -> Result<(), DeviceError> {
-        let columns = self.grid.columns;
-        let names =
-            [BufferId::Nodes, BufferId::Forces, BufferId::Heights, BufferId::Flags, BufferId::Status, BufferId::Yarns];
+        let strains = state.elements.fields - element::STRAIN;
+        let (columns, slot) = (self.grid.columns, (state.step as usize + 1) % STATE_SLOTS as usize);
+        let names = [BufferId::Nodes, BufferId::Cells, BufferId::Status];
         let more = [(BufferId::Over, !state.over.is_empty()), (BufferId::Body, model.projectile.is_some())].into_iter();
         let names: Vec<BufferId> =
             names.into_iter().chain(more.filter_map(|(name, wanted)| wanted.then_some(name))).collect();
         for (name, words) in names.iter().zip(self.read_shot(&names, shot)?) {
-            let (strains, last) = (state.elements.fields - element::STRAIN, (state.step as usize + 1) % 2);
-            let mut set = |fields: Range<usize>, from: usize| {
-                let words = &words[from * self.sizes.elements as usize..];
-                set_planes(&mut state.elements, fields, 1, columns, bytemuck::cast_slice(words));
-            };
             match name {
-                BufferId::Forces => set(element::FORCES, 0),
-                BufferId::Heights => set(element::PREDICTOR..element::ALIVE, 0),
-                BufferId::Yarns => {
-                    set(element::COUNT..strains, 0);
-                    set(strains..strains + element::STRAIN, 2 + 2 * last);
-                }
                 BufferId::Nodes => {
-                    set_planes(&mut state.nodes, 0..node::COUNT, 0, columns + 1, bytemuck::cast_slice(&words));
+                    let words = &words[slot * node::COUNT * self.sizes.nodes as usize..];
+                    set_planes(&mut state.nodes, 0..node::COUNT, 0, columns + 1, bytemuck::cast_slice(words));
                 }
-                BufferId::Flags => {
-                    let yarn = |bit: u32| words.iter().map(move |flags| f32::from(u8::from(flags & bit != 0)));
-                    let alive: Vec<f32> = yarn(1).chain(yarn(2)).collect();
-                    set_planes(&mut state.elements, element::ALIVE..element::COUNT, 1, columns, &alive);
+                BufferId::Cells => {
+                    let count = self.sizes.elements as usize;
+                    let field = |number: usize| &words[(slot * cell::CELL_FIELDS + number) * count..];
+                    let mut set = |fields: Range<usize>, numbers: &[f32]| {
+                        set_planes(&mut state.elements, fields, 1, columns, numbers);
+                    };
+                    let yarn =
+                        |bit: u32| field(cell::YARNS)[..count].iter().map(move |word| (word & bit).min(1) as f32);
+                    set(element::ALIVE..element::COUNT, &yarn(1).chain(yarn(2)).collect::<Vec<_>>());
+                    let (low, high) = (field(cell::YARNS), field(cell::YARNS + 1));
+                    let height = |at: usize, yarn: usize| {
+                        let word = u64::from(low[at]) | u64::from(high[at]) << 32;
+                        let steps = (word >> (2 + 24 * yarn)) as u32 & cell::HEIGHT_STEPS;
+                        (f64::from(steps) * self.height_sum(model, at) / f64::from(cell::HEIGHT_STEPS)) as f32
+                    };
+                    let heights = (0..2).flat_map(|yarn| (0..count).map(move |at| (at, yarn)));
+                    let heights: Vec<f32> = heights.map(|(at, yarn)| height(at, yarn)).collect();
+                    set(element::HEIGHT..element::ALIVE, &heights);
+                    set(element::COUNT..strains, bytemuck::cast_slice(field(cell::DRAG)));
+                    set(strains..strains + element::STRAIN, bytemuck::cast_slice(field(cell::STRAIN)));
                 }
                 BufferId::Status => {
                     let reach = words[status::REACH..].chunks_exact(REACH_WORDS as usize);

@@ -218,7 +218,8 @@ impl DeviceShot {
         events.for_each(|event| self.record.add_failures(std::slice::from_ref(event)));
         check_room(stepper, &result.status)?;
         if bad < u64::from(layout::NONE) {
-            self.download(stepper, state, bad)?;
+            self.download(stepper, state, bad + 1)?;
+            state.step = bad;
             self.record.diagnose(&self.model, state, ("kinetic energy", f64::NAN));
         }
         Ok(())
@@ -252,7 +253,7 @@ impl DeviceShot {
         self.take_counts(info.index, &sums, counters);
         self.take_energies(&sums, body.as_ref());
         let plies = (0..count).map(|ply| sums.ply(ply, count)).map(|sums| PlyMoment {
-            kinetic: sums.add(sum::KINETIC_NOW),
+            kinetic: sums.add(sum::KINETIC) + sums.add(sum::HALF_STEP),
             stored: sums.add(sum::STORED),
             deflection: sums.largest(sum::DEFLECTION),
         });
@@ -295,18 +296,22 @@ impl DeviceShot {
     /// Takes over the energies and momenta of a sample.
     fn take_energies(&mut self, sums: &WorkgroupSums<'_>, body: Option<&BodyRecord>) {
         let balance = &mut self.record.balance;
-        balance.work += sums.add(sum::WORK);
-        balance.viscous += sums.add(sum::VISCOUS);
+        let [of_body, half_of_body] = body.map_or([0.0; 2], |record| record.work);
+        let half_step = sums.add(sum::HALF_STEP) + half_of_body;
+        balance.work += balance.half_step + sums.add(sum::WORK) + of_body - half_step;
+        balance.half_step = half_step;
+        balance.viscous += sums.add(sum::VISCOUS_WORK);
+        balance.law_released += sums.add(sum::LAW_RELEASED);
         balance.released[0] += sums.add(sum::RELEASED);
         balance.released[1] += sums.add(sum::RELEASED_HOURGLASS);
         let separation = sums.add(sum::PLY_SEPARATION_WORK);
-        balance.contact += sums.add(sum::PLY_LOSS) - sums.add(sum::PLY_RUBBED);
+        balance.contact += sums.add(sum::PLY_LOSS) - sums.add(sum::PLY_FRICTION_WORK);
         balance.separation += separation;
-        balance.friction += sums.add(sum::PLY_RUBBED);
+        balance.friction += sums.add(sum::PLY_FRICTION_WORK);
         balance.work += separation;
         (balance.stored, balance.hourglass) = (sums.add(sum::STORED), sums.add(sum::HOURGLASS_NOW));
         (balance.max_tension, balance.max_load) = (sums.largest(sum::TENSION), sums.largest(sum::LOAD));
-        (balance.law_energy, balance.kinetic) = (sums.add(sum::LAW), sums.add(sum::KINETIC_NOW));
+        (balance.law_energy, balance.kinetic) = (sums.add(sum::LAW_MADE), sums.add(sum::KINETIC) + half_step);
         balance.momentum = [0, 1, 2].map(|a| sums.add(sum::MOMENTUM + a));
         for a in 0..3 {
             balance.support[a] += sums.add(sum::SUPPORT + a);

@@ -329,17 +329,15 @@ impl Backend for DeviceSimulation<'_> {
 }
 
 /// Buffers that later steps depend on. The others hold nothing from one step to the next, but failures already read.
-const KEPT: [BufferId; 10] = [
+const KEPT: [BufferId; 8] = [
     BufferId::Nodes,
-    BufferId::Forces,
-    BufferId::Heights,
-    BufferId::Flags,
-    BufferId::Accumulators,
+    BufferId::Cells,
+    BufferId::Tiles,
+    BufferId::ContactWork,
     BufferId::Status,
     BufferId::Supports,
     BufferId::Body,
     BufferId::Over,
-    BufferId::Yarns,
 ];
 
 /// Everything that varies during a run on a device. Buffers are saved as they are: the device counts energies between two samples, and has

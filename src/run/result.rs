@@ -2,13 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Skips;
 use super::outcome::Outcome;
+use super::{Skips, snapshot};
 use crate::case::{Along, Case};
 use crate::model::Model;
 use crate::num::scalar::Scalar;
 use crate::physics::rigid_body::{Cut, MirrorPlanes};
-use crate::solver::element_totals::field as element;
 use crate::solver::energy_balance::{Balance, PlyMoment};
 use crate::solver::state::{State, node_position};
 use crate::solver::{Divergence, FailureEvent};
@@ -179,7 +178,7 @@ pub struct ProfilePoint {
     pub deflection: f64,
     /// Fabric strain from this node to the next, Λ − 1 (0 at the last) [-].
     pub strain: f64,
-    /// Membrane force of the element after this node, per reference width (0 at the last) [N/m].
+    /// Elastic force along the yarns of the element after this node, per reference width (0 at the last) [N/m].
     pub force: f64,
 }
 
@@ -221,9 +220,7 @@ pub(crate) fn profile<S: Scalar>(model: &Model<S>, state: &State<S>, case: &Case
             let (row, column) = (row.min(mesh.rows - 1), column.min(mesh.columns - 1));
             let size = mesh.size(row, column);
             point.strain = (next - here).norm() / size[axis] - 1.0;
-            let field = if along == Along::Warp { element::WARP_FORCE } else { element::WEFT_FORCE };
-            let square: f64 = (0..3).map(|a| state.elements.get(row, field + a, column + 1).to_f64().powi(2)).sum();
-            point.force = square.sqrt() / (0.5 * size[across]);
+            point.force = snapshot::membrane_force(model, state, [row, column], axis);
         }
         points.push(point);
     }

@@ -8,8 +8,8 @@ use crate::model::Model;
 use crate::model::mesh::Mesh;
 use crate::model::ply_type::PlyType;
 use crate::num::scalar::{Scalar, each};
-use crate::physics::crossover;
-use crate::physics::kinematics::{ElementConstants, ElementGeometry, differences, kinematics};
+use crate::physics::crossover::{self, Equilibrium};
+use crate::physics::kinematics::{ElementConstants, ElementGeometry, Kinematics, differences, kinematics};
 use crate::physics::membrane::arc_sine;
 use crate::physics::yarn_law::Sinusoidal;
 use crate::run::View;
@@ -98,10 +98,7 @@ impl<S: Scalar> Patch<S> {
             let fields = [node_field::DISPLACEMENT, node_field::VELOCITY];
             fields.map(|field| [0, 1, 2].map(|a| state.nodes.get(first_node + row, field + a, column)))
         };
-        let element = |row: usize, column: usize| Before {
-            height: [0, 1].map(|yarn| state.elements.get(first + row, element_field::HEIGHT + yarn, column + 1)),
-            alive: [0, 1].map(|yarn| state.alive(first + row, column, yarn)),
-        };
+        let element = |row: usize, column: usize| Before::of(state, first + row, column);
         let nodes = places(rows.start..rows.end + some, columns.start..columns.end + some);
         let nodes = nodes.map(|(row, column)| node(row, column)).collect();
         let elements = places(rows.clone(), columns.clone()).map(|(row, column)| element(row, column)).collect();
@@ -215,11 +212,59 @@ struct Before<S> {
     alive: [bool; 2],
 }
 
-/// Unit cell of an element, solved at the positions of the frame as the next step would. Its size is over that of the finest; the displacements
-/// of its corners [m] are components of corners, counter-clockwise.
-fn read<S: Scalar>(
+impl<S: Scalar> Before<S> {
+    /// `row`: of the storage.
+    fn of(state: &State<S>, row: usize, column: usize) -> Self {
+        Self {
+            height: [0, 1].map(|yarn| state.elements.get(row, element_field::HEIGHT + yarn, column + 1)),
+            alive: [0, 1].map(|yarn| state.alive(row, column, yarn)),
+        }
+    }
+}
+
+/// Stretches of an element, and its unit cell solved there as the next step would. Its size is over that of the finest; the displacements of
+/// its corners [m] are components of corners, counter-clockwise.
+fn solved<S: Scalar>(
     constants: &ElementConstants<S>,
     [width, height]: [f64; 2],
+    corners: &[[S; 4]; 3],
+    before: Before<S>,
+) -> (Kinematics<S>, Equilibrium<S>) {
+    let [ux, uy, uz] = each!(a in 3 => differences(&corners[a]));
+    let size = ElementGeometry::of_row(constants, height).of_columns(S::splat(width), S::splat(1.0 / width));
+    let k = kinematics(&size, [&ux, &uy, &uz]);
+    let both = before.alive[0] && before.alive[1];
+    let cell = crossover::solve::<S, Sinusoidal>(&constants.cell, k.extension, before.height, both);
+    (k, cell)
+}
+
+/// Elastic force of warp or weft in the plane of an element of the first ply [N/m].
+pub(super) fn membrane_force<S: Scalar>(
+    model: &Model<S>,
+    state: &State<S>,
+    [row, column]: [usize; 2],
+    yarn: usize,
+) -> f64 {
+    let ply_type = model.ply_type(0);
+    let constants = ply_type.constants::<S>();
+    let before = Before::of(state, row, column);
+    if !before.alive[yarn] {
+        return 0.0;
+    }
+    let nodes = [(row, column), (row, column + 1), (row + 1, column + 1), (row + 1, column)];
+    let corners =
+        [0, 1, 2].map(|a| nodes.map(|(row, column)| state.nodes.get(row, node_field::DISPLACEMENT + a, column)));
+    let (k, cell) = solved(&constants, ply_type.mesh.widths(row, column), &corners, before);
+    let own = &constants.cell.yarn[yarn];
+    let alone = own.tension(own.straight(k.extension[yarn]));
+    let force = if before.alive[1 - yarn] { cell.in_plane[yarn] } else { alone };
+    force.to_f64() * ply_type.element.membrane[yarn] / (0.5 * ply_type.mesh.length[1 - yarn])
+}
+
+/// An element at the positions of the frame; see [`solved`].
+fn read<S: Scalar>(
+    constants: &ElementConstants<S>,
+    widths: [f64; 2],
     corners: &[[S; 4]; 3],
     before: Before<S>,
 ) -> ElementReading {
@@ -228,10 +273,7 @@ fn read<S: Scalar>(
         return ElementReading::default();
     }
     let zero = S::splat(0.0);
-    let [ux, uy, uz] = each!(a in 3 => differences(&corners[a]));
-    let size = ElementGeometry::of_row(constants, height).of_columns(S::splat(width), S::splat(1.0 / width));
-    let k = kinematics(&size, [&ux, &uy, &uz]);
-    let cell = crossover::solve::<S, Sinusoidal>(&constants.cell, k.extension, before.height, was_warp && was_weft);
+    let (k, cell) = solved(constants, widths, corners, before);
     let yarn = &constants.cell.yarn;
     let alive = before.alive;
     let both = alive[0] && alive[1];

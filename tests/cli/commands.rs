@@ -82,7 +82,7 @@ fn info_and_schema_say_what_the_machine_has_and_what_a_case_needs() {
     case.as_object_mut().unwrap().remove("projectile");
     fs::write(bench.path("without.json"), case.to_string()).unwrap();
     let scene = stdout(&bench.ripstop(&["info", "without.json"]));
-    assert!(scene.contains("element_force, yarn_load, node_update, energy_balance"), "{scene}");
+    assert!(scene.contains("sweep, yarn_load, energy_balance"), "{scene}");
     let schema: Value = serde_json::from_str(&stdout(&bench.ripstop(&["schema"]))).unwrap();
     assert_eq!(schema, case::schema());
 }

@@ -35,8 +35,7 @@ impl Defect {
     /// Comparisons that its kernel shows in.
     fn parts(&self) -> &'static [Part] {
         match self.kernel {
-            "element_force" => &[Part::Elements, Part::EnergyBalance],
-            "node_update" => &[Part::Nodes, Part::Contact],
+            "sweep" => &[Part::Sweep, Part::EnergyBalance, Part::Contact],
             "projectile_points" | "projectile_contact" => &[Part::Contact],
             "ply_search" | "ply_impulse" | "ply_move" => &[Part::Plies, Part::EnergyBalance],
             _ => &[Part::EnergyBalance],
@@ -83,14 +82,14 @@ macro_rules! defects {
 }
 
 defects! {
-    element_force {
+    sweep {
         "hourglass mode of the wrong sign" in "variational, compressible": "let top = c - d;" => "let top = d - c;";
         "second order of the stretch missing" in "variational, compressible": "(dot(g1, g1) + q.x)" => "q.x";
         "shear force not square to the weft" in "variational, compressible":
             "(k.warp - k.sine * k.weft)" => "(k.warp + k.sine * k.weft)";
         "last drag forgotten" in "variational, compressible":
             "force * grown.along + taut * before" => "force * grown.along + 0.0 * before";
-        "bit of the warp for the weft" in "variational, compressible": "(word & 2u) != 0u" => "(word & 1u) != 0u";
+        "bit of the warp for the weft" in "variational, compressible": "(words.x & 2u) != 0u" => "(words.x & 1u) != 0u";
         "hourglass work of the first step" in "variational, rigid": "mode - step.span * v.mode" => "mode - step.kick * v.mode";
         "row of elements before the reach left out" in "only a part reached":
             "let row = place.x + 1u >= reach.x && place.x < reach.y;" => "let row = place.x >= reach.x && place.x < reach.y;";
@@ -108,20 +107,20 @@ defects! {
             "(1.0 + excess) * inverse_secant * inverse_secant - b" => "(1.0 + excess) * inverse_secant - b";
         "shares of the yarns exchanged" in "variational, compressible": "slope.yx * per_sum" => "slope * per_sum";
         "upper half of the arc sine" in "variational, compressible": "HALF_PI - 2.0 * angle" => "HALF_PI - angle";
-    }
-    yarn_load {
-        "strains of the step before" in "variational, compressible": "2u + 2u * (step.index & 1u)" => "4u - 2u * (step.index & 1u)";
-        "rows of a yarn apart" in "failure over a length": "max(strain_of(element_at(ply, place_across(place, which, at)), which), 0.0)" => "max(strain_of(element_at(ply, place), which), 0.0)";
-    }
-    node_update {
         "hourglass of the wrong corner" in "variational, compressible":
-            "corner_force(e, there.x, 1.0, 1.0, -1.0)" => "corner_force(e, there.x, 1.0, 1.0, 1.0)";
-        "element beyond the edge" in "variational, compressible": "let left = place.y > 0u;" => "let left = place.y > 1u;";
-        "half a drift at the first step" in "variational, rigid": "u + scene.dt * v" => "u + step.kick * v";
+            "corner_force(local, 1.0, 1.0, -1.0)" => "corner_force(local, 1.0, 1.0, 1.0)";
+        "elements of the next tile left out" in "several workgroups of the energy balance": "corner_force(local - SIDE, 1.0, -1.0, 1.0)" => "select(vec3<f32>(0.0), corner_force(local - SIDE, 1.0, -1.0, 1.0), local >= 2u * SIDE)";
+        "slot of the last step written" in "variational, compressible": "nodes[node_word(slot_now(), 3u + a, node)] = after[a];" => "nodes[node_word(slot_before(), 3u + a, node)] = after[a];";
+        "sums of a row alone" in "variational, compressible": "i < INVOCATIONS; i += SIDE" => "i < SIDE; i += SIDE";
+        "half a drift at the first step" in "variational, rigid": "u + scene.dt * after" => "u + step.kick * after";
         "rows and columns of an edge" in "variational, compressible":
             "select(0u, sides, place.y == 0u)" => "select(0u, sides, place.x == 0u)";
         "supports in the axes of the ply" in "thirty degrees, clamped, smooth":
             "let turned = to_pack(ply, impulse);" => "let turned = impulse;";
+    }
+    yarn_load {
+        "strains of the step before" in "variational, compressible": "fn strain_slot() -> u32 { return slot_now(); }" => "fn strain_slot() -> u32 { return slot_before(); }";
+        "rows of a yarn apart" in "failure over a length": "max(strain_of(element_at(ply, place_across(place, which, at)), which), 0.0)" => "max(strain_of(element_at(ply, place), which), 0.0)";
     }
     ply_search {
         "one element around a node not asked" in "two fabrics, holes, no hourglass":
@@ -140,7 +139,7 @@ defects! {
     ply_move {
         "shares stay" in "two free plies": "    shares[node] = 0u;\n" => "";
         "loss of the free velocity" in "two free plies":
-            "0.5 * dot(impulse, (free - pull) + now)" => "0.5 * dot(impulse, free + now)";
+            "0.5 * dot(impulse, before + now)" => "0.5 * dot(impulse, free + now)";
     }
     projectile_points {
         "cell of the node in every ply" in "sphere on turned plies, friction":
@@ -161,8 +160,8 @@ defects! {
         "touches independent" in "between nodes, yawed, friction": "select(0.0, coupling(t, other), pushes)" => "0.0";
     }
     energy_balance {
-        "largest tensions added" in "variational, compressible": "which == TENSION ||" => "";
-        "evaluations not counted anew" in "variational, compressible": "flags[element] = word & 3u;" => "";
+        "largest deflections added" in "several workgroups of the energy balance": "which == DEFLECTION ||" => "";
+        "tiles not counted anew" in "variational, compressible": "tiles[first + which] = 0.0;" => "";
         "wefts do not cover" in "sphere under a weft": "runs_on(ply, place, 2u)" => "false";
     }
 }

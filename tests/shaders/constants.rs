@@ -67,12 +67,14 @@ macro_rules! constants {
 
 /// Constants by name; those that the host names otherwise come last.
 fn expected() -> BTreeMap<&'static str, Vec<f64>> {
-    use layout::{status, sum};
+    use layout::{cell, status, sum};
     let shared = constants! {
-        layout: GROUP, BODY_WORDS, STATUS_WORDS, SUMS, NONE, FIXED_POINT_SCALE, LINES_ACROSS, LINE_TEXELS;
+        layout: GROUP, BODY_WORDS, STATUS_WORDS, NONE, FIXED_POINT_SCALE, LINES_ACROSS, LINE_TEXELS;
         status: BAD_STEP, EVENTS, FAILED, ERODED, UNCONVERGED, RESIDUAL, OVERFLOW, OVERFLOW_EDGES, COMPUTED, PLY_DEPTH, AT_LIMIT, REACH;
-        sum: WORK, RELEASED, RELEASED_HOURGLASS, STORED, HOURGLASS_NOW, TENSION, DEFLECTION, EVALUATIONS, SOLVED, KINETIC,
-            KINETIC_NOW, FASTEST, MOMENTUM, SUPPORT, COVERED, PLY_LOSS, PLY_SEPARATION_WORK, LOAD;
+        cell: YARNS, DRAG, STRAIN, CELL_FIELDS, HEIGHT_STEPS;
+        sum: WORK, VISCOUS_WORK, EVALUATIONS, RELEASED, RELEASED_HOURGLASS, LAW_RELEASED, ALWAYS, HALF_STEP, STORED,
+            HOURGLASS_NOW, LAW_MADE, SOLVED, DEFLECTION, TENSION, LOAD, TILE_SUMS, KINETIC, FASTEST, MOMENTUM, SUPPORT,
+            COVERED, PLY_LOSS, PLY_FRICTION_WORK, PLY_SEPARATION_WORK, SUMS;
         ply_contact: WALK, POSITION_CORRECTION, RECOVERY_TIME, DEEP_RECOVERY, DEEP, RECOVERY_SPEED, DEEP_SPEED, NEAR_MIDDLE,
             PASSED, PASSED_SPEED, SLOP, EDGE, MAX_INITIAL_PENETRATION, MIN_AREA_RATIO, SEGMENT_EXTENSION, EDGE_TOLERANCE,
             FLATNESS_TOLERANCE;
@@ -89,11 +91,11 @@ fn expected() -> BTreeMap<&'static str, Vec<f64>> {
         arc_length: SERIES;
     };
     let others = [
+        ("SIDE", (layout::TILE as u32 + 1).numbers()),
+        ("NODES", (layout::TILE as u32 + 2).numbers()),
+        ("INVOCATIONS", (layout::TILE as u32 + 1).pow(2).numbers()),
         ("LANES", layout::CONTACT_LANES.numbers()),
         ("NO_PLY", layout::NONE.numbers()),
-        ("PLY_FRICTION_WORK", sum::PLY_RUBBED.numbers()),
-        ("VISCOUS_WORK", sum::VISCOUS.numbers()),
-        ("LAW_MADE", sum::LAW.numbers()),
         ("LAW_COUNT", law_energy::COUNT.numbers()),
         ("EPSILON", f64::from(f32::EPSILON).numbers()),
         ("PI", std::f64::consts::PI.numbers()),

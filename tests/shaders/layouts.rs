@@ -117,7 +117,7 @@ fn velocities_start_half_a_step_early() {
     let step = layout::step(&info);
     assert_eq!((step.index, step.slot, step.since, step.kick, step.span), (7, 3, 5, 1e-7, 1e-7));
     let first = layout::step(&StepInfo { index: 0, slot: None, ..info });
-    assert_eq!((first.slot, first.kick, first.span), (0, 0.5e-7, 0.0));
+    assert_eq!((first.slot, first.kick, first.span), (layout::NONE, 0.5e-7, 0.0));
 }
 
 #[test]

@@ -66,20 +66,14 @@ pub const CONTACT_GROUPS: [u32; 2] = [64, 256];
 pub const CONTACT_LANES: u32 = 64;
 /// Number for none: no step with a number that is not finite, no place, no ply.
 pub const NONE: u32 = u32::MAX;
-/// Fields of a node: displacement, velocity.
+/// Elements and nodes along a side of the part of a ply that a workgroup advances: less than the elements it computes.
+pub const TILE: u64 = 15;
+/// Slots in which the state lies by turns.
+pub(crate) const STATE_SLOTS: u64 = 2;
+/// Fields of a node in a slot: displacement, velocity.
 pub(crate) const NODE_FIELDS: u64 = 6;
-/// Fields of an element's forces.
-pub(crate) const FORCE_FIELDS: u64 = 9;
-/// Fields of an element's heights: predictor and heights of both yarns.
-pub(crate) const HEIGHT_FIELDS: u64 = 6;
-/// Fields of an element's energy accumulators.
-pub const ACCUMULATOR_FIELDS: u64 = 10;
-/// Fields of a node's energy accumulators of contact between plies.
-pub(crate) const PLY_ACCUMULATOR_FIELDS: u64 = 3;
-/// Fields of an element whose yarns have shock viscosity: viscous forces of warp and weft.
-pub(crate) const VISCOUS_FIELDS: u64 = 2;
-/// Fields of an element whose failure is judged over a length: strains of warp and weft in the last two steps.
-pub(crate) const STRAIN_FIELDS: u64 = 4;
+/// Energies of a node in contact between plies.
+pub(crate) const CONTACT_WORK_FIELDS: u64 = 5;
 /// Fields of an element whose strength varies: failure strains of warp and weft over the fabric's.
 pub(crate) const STRENGTH_FIELDS: u64 = 2;
 /// Words of a contact between plies.
@@ -98,8 +92,6 @@ pub const EVENT_WORDS: u64 = size_of::<Event>() as u64 / 4;
 pub const STATUS_WORDS: usize = 13;
 /// Words of the projectile.
 pub const BODY_WORDS: usize = size_of::<Body>() / 4;
-/// Sums of a workgroup of the energy balance.
-pub const SUMS: usize = 25;
 
 /// Words of `status`.
 pub mod status {
@@ -129,51 +121,74 @@ pub mod status {
     pub const REACH: usize = 13;
 }
 
-/// Sums of the energy balance.
-pub mod sum {
-    /// Work on the elements since the last sample [J].
-    pub const WORK: usize = 0;
-    /// Released by failures since then [J].
-    pub const RELEASED: usize = 1;
-    /// Hourglass energy released since then [J].
-    pub const RELEASED_HOURGLASS: usize = 2;
-    /// Elastic energy by state functions [J].
-    pub const STORED: usize = 3;
-    /// Hourglass energy [J].
-    pub const HOURGLASS_NOW: usize = 4;
-    /// Largest tension of a yarn [N].
-    pub const TENSION: usize = 5;
-    /// Largest deflection [m].
-    pub const DEFLECTION: usize = 6;
-    /// Residual evaluations since then.
-    pub const EVALUATIONS: usize = 7;
-    /// Unit cells solved since then.
-    pub const SOLVED: usize = 8;
-    /// ½ m v² [J].
-    pub const KINETIC: usize = 9;
-    /// Kinetic energy at the time of the positions [J].
-    pub const KINETIC_NOW: usize = 10;
-    /// Largest squared speed [m²/s²].
-    pub const FASTEST: usize = 11;
-    /// Momentum [kg·m/s], three components.
-    pub const MOMENTUM: usize = 12;
-    /// Impulse of the supports since then [N·s], three components.
-    pub const SUPPORT: usize = 15;
-    /// Whole elements ahead of the projectile.
-    pub const COVERED: usize = 18;
-    /// Lost in contact between plies since then [J].
-    pub const PLY_LOSS: usize = 19;
-    /// Part of it lost to friction [J].
-    pub const PLY_RUBBED: usize = 20;
-    /// Work of moving nodes out of other plies [J].
-    pub const PLY_SEPARATION_WORK: usize = 21;
-    /// Dissipated by shock viscosity since the last sample [J].
-    pub const VISCOUS: usize = 22;
-    /// Energy made by the unit-cell law itself since the start [J].
-    pub const LAW: usize = 23;
-    /// Largest strain of a whole piece of yarn over its failure strain [-].
-    pub const LOAD: usize = 24;
+/// Fields of an element in a slot.
+pub mod cell {
+    /// Three words: yarns alive, 1 warp, 2 weft; heights, in 24 bits each; predictor of the heights.
+    pub const YARNS: usize = 0;
+    /// Viscous forces [N].
+    pub const DRAG: usize = 3;
+    /// Strains that failure is judged by [-].
+    pub const STRAIN: usize = 5;
+    /// Number of fields.
+    pub const CELL_FIELDS: usize = 7;
+    /// Steps of a height to the sum of both.
+    pub const HEIGHT_STEPS: u32 = 0xff_ffff;
 }
+
+/// Sums of the energy balance. Those of a tile come first.
+pub mod sum {
+    /// Work on the elements since the last sample, up to half a step after the positions [J].
+    pub const WORK: usize = 0;
+    /// Dissipated by shock viscosity since then [J].
+    pub const VISCOUS_WORK: usize = 1;
+    /// Residual evaluations since then.
+    pub const EVALUATIONS: usize = 2;
+    /// Released by failures since then [J].
+    pub const RELEASED: usize = 3;
+    /// Hourglass energy released since then [J].
+    pub const RELEASED_HOURGLASS: usize = 4;
+    /// Made by the unit-cell law itself in cells that failed since then [J].
+    pub const LAW_RELEASED: usize = 5;
+    /// Sums of a step without a sample.
+    pub const ALWAYS: usize = 6;
+    /// Work on the elements in the half step after the positions [J].
+    pub const HALF_STEP: usize = 6;
+    /// Elastic energy by state functions [J].
+    pub const STORED: usize = 7;
+    /// Hourglass energy [J].
+    pub const HOURGLASS_NOW: usize = 8;
+    /// Energy made by the unit-cell law itself in whole cells [J].
+    pub const LAW_MADE: usize = 9;
+    /// Unit cells solved since the last sample.
+    pub const SOLVED: usize = 10;
+    /// Largest deflection [m].
+    pub const DEFLECTION: usize = 11;
+    /// Largest tension of a yarn [N].
+    pub const TENSION: usize = 12;
+    /// Largest strain of a whole piece of yarn over its failure strain [-].
+    pub const LOAD: usize = 13;
+    /// Sums of a tile.
+    pub const TILE_SUMS: usize = 14;
+    /// ½ m v² [J].
+    pub const KINETIC: usize = 14;
+    /// Largest squared speed [m²/s²].
+    pub const FASTEST: usize = 15;
+    /// Momentum [kg·m/s], three components.
+    pub const MOMENTUM: usize = 16;
+    /// Impulse of the supports since the last sample [N·s], three components.
+    pub const SUPPORT: usize = 19;
+    /// Whole elements ahead of the projectile.
+    pub const COVERED: usize = 22;
+    /// Lost in contact between plies since the last sample [J].
+    pub const PLY_LOSS: usize = 23;
+    /// Part of it lost to friction [J].
+    pub const PLY_FRICTION_WORK: usize = 24;
+    /// Work of moving nodes out of other plies [J].
+    pub const PLY_SEPARATION_WORK: usize = 25;
+    /// Number of sums.
+    pub const SUMS: usize = 26;
+}
+pub use sum::SUMS;
 
 shared! {
     /// Yarn failure.
@@ -238,6 +253,8 @@ pub struct BodyRecord {
     pub before: (Vector3<f64>, Vector3<f64>),
     /// Impulse on it since the last sample [N·s].
     pub impulse: [f64; 3],
+    /// Work on the elements by the velocities that contact changed, since then and in the last half step [J].
+    pub work: [f64; 2],
     /// Impulse of supports and drive through contact since then [N·s].
     pub support: [f64; 3],
     /// Lost to contact, to friction, work of the drive since then [J].
@@ -262,6 +279,7 @@ pub fn read_body(words: &[u32], start: &RigidBody, origin: &Vector3<f64>) -> Bod
         },
         before: (start.velocity + vector(own.change_before), origin + metres(own.coarse_before, own.fine_before)),
         impulse: vector(own.impulse).into(),
+        work: [own.impulse[3], own.support[3]].map(f64::from),
         support: vector(own.support).into(),
         energy: vector(own.energy).into(),
         penetration: f64::from(own.energy[3]),

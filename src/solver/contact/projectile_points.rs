@@ -148,9 +148,7 @@ impl ProjectileContact {
             }
             context.state.active[p.ply].activate(p.row, p.column);
             let pull = (p.free - p.before) * (model.dt / kick);
-            context
-                .balance
-                .correct_node(p.ply, &NodeCorrection { mass: p.mass, free: p.free, now: velocity, pull });
+            context.balance.correct_node(p.ply, &NodeCorrection { mass: p.mass, free: p.free, now: velocity, pull });
         }
     }
 

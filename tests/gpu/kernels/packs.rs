@@ -9,7 +9,7 @@ use ripstop::solver::state::ActiveRegion;
 use ripstop::solver::state::State;
 use serde_json::{Value, json};
 
-use super::scenes::{Scene, grade, kill, node_places, random_elements};
+use super::scenes::{Scene, grade, kill, node_places, random_elements, weaken};
 use crate::support::Random;
 
 /// Largest component of the velocity of a node [m/s].
@@ -202,7 +202,7 @@ fn pack((name, size, groups, kind, change): Pack) -> Scene {
     let mut case = case(size, groups);
     (case.pack.friction, case.solver.hourglass, case.solver.shock_viscosity) = (0.3, 0.05, 0.0);
     change(&mut case);
-    let model = Model::<f32>::new(&case).unwrap();
+    let model = weaken(Model::new(&case).unwrap());
     let mut state = State::new(&case, &model);
     state.step = kind.step;
     let mut random = Random(1000 + name.len() as u64);
@@ -212,7 +212,7 @@ fn pack((name, size, groups, kind, change): Pack) -> Scene {
     }
     kill(&model, &mut state, &mut random, kind.holes);
     were_inside(&model, &mut state, &mut random);
-    random_elements(&model, &mut state, &mut random, 1.0);
+    random_elements(&model, &mut state, &mut random);
     Scene { name, model, state, elements: false, pack: true, held: false, speed: SPEED }
 }
 

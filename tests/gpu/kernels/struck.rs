@@ -10,7 +10,7 @@ use ripstop::solver::state::ActiveRegion;
 use ripstop::solver::state::State;
 
 use super::packs::{self, Group};
-use super::scenes::{Scene, element_places, grade, kill, node_places, random_elements, set_yarns};
+use super::scenes::{Scene, element_places, grade, kill, node_places, random_elements, set_yarns, weaken};
 use crate::support::{Random, patch};
 use Kind::{Between, Edges, Held, Resting, Rim, Slit, Weft};
 
@@ -158,7 +158,7 @@ fn struck((name, shape, groups, kinds, change): Struck) -> Scene {
     }
     change(&mut p, &mut case);
     case.projectile = Some(p);
-    let model = Model::<f32>::new(&case).unwrap();
+    let model = weaken(Model::new(&case).unwrap());
     let mut state = State::new(&case, &model);
     let mut random = Random(name.len() as u64);
     let mut body = model.projectile.clone().unwrap();
@@ -181,7 +181,7 @@ fn struck((name, shape, groups, kinds, change): Struck) -> Scene {
             packs::astray(&model, &mut state, &mut random);
         }
         mend(&model, &mut state, &body, is(Weft));
-        random_elements(&model, &mut state, &mut random, 0.2);
+        random_elements(&model, &mut state, &mut random);
     }
     for [_, row, column] in element_places(&model).into_iter().filter(|_| is(Slit)) {
         set_yarns(&mut state, row, column, [!(4..7).contains(&row); 2]);

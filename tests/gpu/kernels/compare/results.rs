@@ -10,49 +10,30 @@ use ripstop::solver::element_totals::field as element;
 use ripstop::solver::state::State;
 
 use super::{CONTACT, Outcome, Pair, STEPS, Scales, motion, node_places};
-
-/// Cells of a scene that may need the safeguarded iteration on one backend alone.
-const SAFEGUARDED_ON_ONE: usize = 1;
+use crate::gpu::kernels::scenes::element_places;
 
 impl Pair<'_> {
-    /// Forces, heights and life of every element.
-    pub(super) fn compare_elements(&mut self, got: &State<f32>) -> Outcome {
-        let (model, expected) = (&self.scene.model, self.expected.clone());
-        let Scales { force, height, failure_strain, viscous_force, .. } = self.scales;
-        let predictor = element::PREDICTOR..element::HEIGHT;
-        let mut safeguarded_on_one = 0;
-        for (row, column) in
-            (0..model.grid.element_rows()).flat_map(|row| (0..model.grid.columns).map(move |column| (row, column)))
-        {
+    /// Heights, life, strains and viscous forces of every element.
+    pub(super) fn compare_elements(&mut self, got: &State<f32>) {
+        let (model, expected) = (&self.scene.model, &self.expected);
+        let Scales { failure_strain, viscous_force, height, .. } = self.scales;
+        for [_, row, column] in element_places(model) {
             let number = |state: &State<f32>, field| f64::from(state.elements.get(row, field, column + 1));
-            // A rounding decides whether Newton's steps end, or the safeguarded iteration, which predicts nothing.
-            let predicts = |state: &State<f32>| predictor.clone().any(|field| number(state, field) != 0.0);
-            let on_one = predicts(got) != predicts(&expected);
-            safeguarded_on_one += usize::from(on_one);
-            let size = |first: usize| force + Vector3::from([0, 1, 2].map(|a| number(&expected, first + a))).norm();
-            for field in (0..expected.elements.fields).filter(|field| !on_one || !predictor.contains(field)) {
+            for field in element::HEIGHT..expected.elements.fields {
                 let (quantity, scale) = match field {
-                    0..element::HOURGLASS => ("membrane force", size(field / 3 * 3)),
-                    element::HOURGLASS..element::PREDICTOR => ("hourglass force", size(element::HOURGLASS)),
-                    // The second half is not lengths but shares.
-                    _ if predictor.contains(&field) => {
-                        ("predicted height", if field < element::PREDICTOR + 2 { height } else { 1.0 })
-                    }
                     // From one state: half of what whole runs may differ by.
                     element::HEIGHT..element::ALIVE => ("yarn height", 0.5 * height),
                     element::ALIVE..element::COUNT => ("yarn alive", 1.0),
                     _ if field >= expected.elements.fields - element::STRAIN => {
-                        ("strain", failure_strain + number(&expected, field).abs())
+                        ("strain", failure_strain + number(expected, field).abs())
                     }
                     _ => ("viscous force", viscous_force),
                 };
-                let numbers = [number(got, field), number(&expected, field), scale];
+                let numbers = [number(got, field), number(expected, field), scale];
                 let place = || format!("step {}, row {row}, column {column}, field {field}", expected.step - 1);
-                self.seen.see("element_force", quantity, numbers, place);
+                self.seen.see("sweep", quantity, numbers, place);
             }
         }
-        let few = safeguarded_on_one <= SAFEGUARDED_ON_ONE;
-        few.then_some(()).ok_or_else(|| format!("{safeguarded_on_one} cells are safeguarded on one backend alone"))
     }
 
     /// Failures in the order of their places.
@@ -66,17 +47,17 @@ impl Pair<'_> {
         };
         let expected: Vec<_> = self.failures.iter().map(|f| (place(f), f.strain.max(0.0))).collect();
         let same = got.len() == expected.len() && got.iter().zip(&expected).all(|(g, e)| g[..3] == e.0);
-        self.see("element_force", "failures", [f64::from(u8::from(!same)), 0.0, 1.0], || {
+        self.see("sweep", "failures", [f64::from(u8::from(!same)), 0.0, 1.0], || {
             format!("{} for {}", got.len(), expected.len())
         });
         for yarn in 0..2 {
             let broken = expected.iter().filter(|e| e.0[2] == yarn as u32).count();
-            self.count("counters", words[status::FAILED + yarn], broken as f64, "failed");
+            self.count("counters", words[status::FAILED + yarn], broken as f64, "broken");
         }
         for (g, (place, strain)) in got.iter().zip(&expected).filter(|_| same) {
             // A yarn that has grown slack in the step in which it breaks has no strain.
             let numbers = [f64::from(f32::from_bits(g[3])).max(0.0), *strain, self.scales.failure_strain + strain];
-            self.see("element_force", "failure strain", numbers, || format!("{place:?}"));
+            self.see("sweep", "failure strain", numbers, || format!("{place:?}"));
         }
         Ok(())
     }
@@ -86,16 +67,19 @@ impl Pair<'_> {
         self.count("counters", words[status::UNCONVERGED], self.counts[1], "unconverged");
         self.count("counters", words[status::BAD_STEP], u32::MAX.into(), "bad step");
         self.compare_failures(&words)?;
-        let evaluations: u32 = self.read(BufferId::Flags)?.iter().map(|word| word >> 8).sum();
-        let numbers = [evaluations.into(), self.counts[0], self.counts[0].max(1.0)];
-        self.see("element_force", "evaluations", numbers, || "sum".into());
-        Ok(())
+        let tiles = self.read(BufferId::Tiles)?;
+        let evaluations = |tile: &[u32]| f64::from(f32::from_bits(tile[sum::EVALUATIONS]));
+        let evaluations = tiles.chunks_exact(sum::TILE_SUMS).map(evaluations).sum();
+        self.see("sweep", "evaluations", [evaluations, self.counts[0], self.counts[0].max(1.0)], || "sum".into());
+        self.supports_of_nodes()
     }
 }
 
 /// Sums that begin anew after a sample.
-const ANEW: [usize; 12] = [
-    sum::VISCOUS,
+const ANEW: [usize; 14] = [
+    sum::LAW_RELEASED,
+    sum::HALF_STEP,
+    sum::VISCOUS_WORK,
     sum::WORK,
     sum::RELEASED,
     sum::RELEASED_HOURGLASS,
@@ -105,7 +89,7 @@ const ANEW: [usize; 12] = [
     sum::SUPPORT + 1,
     sum::SUPPORT + 2,
     sum::PLY_LOSS,
-    sum::PLY_RUBBED,
+    sum::PLY_FRICTION_WORK,
     sum::PLY_SEPARATION_WORK,
 ];
 
@@ -132,9 +116,10 @@ impl Pair<'_> {
     /// Everything that the second step leaves in its sample, and what a second balance straight after it begins anew.
     pub(super) fn energy_balance(&mut self) -> Outcome {
         let (sums, rest) = self.sample(1)?;
-        self.compare_energies(&sums);
-        self.compare_motion(&sums);
         let body = self.body(&rest).filter(|_| !self.scene.pack);
+        let work = body.as_ref().map_or([0.0; 2], |body| body.work);
+        self.compare_energies(&sums, work);
+        self.compare_motion(&sums, work[1]);
         let (kernel, quantity, scale) = match (&body, self.scene.pack) {
             (Some(_), _) => (CONTACT, "impulse", self.scales.impulse),
             (None, true) => ("ply_contact", "support", self.scales.node_momentum),
@@ -174,33 +159,41 @@ impl Pair<'_> {
     }
 
     /// Work, released and stored energies, largest numbers, evaluations and losses between plies.
-    fn compare_energies(&mut self, sums: &[u32]) {
+    fn compare_energies(&mut self, sums: &[u32], of_body: [f64; 2]) {
         let most =
             |which: usize| sums.chunks_exact(SUMS).map(|s| f64::from(f32::from_bits(s[which]))).fold(0.0, f64::max);
         let (own, balance) = (&self.balance, self.balance.balance());
         let deflection = own.plies.iter().map(|ply| ply.deflection).fold(0.0, f64::max);
-        // The work that contact between plies adds to that of the membrane has its own sum on the device.
-        let work = if self.scene.elements { own.work } else { 0.0 };
+        let half_step = add(sums, sum::HALF_STEP);
+        let work = add(sums, sum::WORK) - half_step + of_body[0] - of_body[1];
+        let law = add(sums, sum::LAW_MADE) + add(sums, sum::LAW_RELEASED);
         let Scales { energy, force, length, node_momentum, speed, .. } = self.scales;
         let of_plies = node_momentum * speed;
-        let lost = add(sums, sum::PLY_LOSS) - add(sums, sum::PLY_RUBBED);
+        // Contact takes the force on a node from the difference of its velocities.
+        let exchanged = self.exchanged + if self.scene.elements { 0.0 } else { of_plies };
+        let lost = add(sums, sum::PLY_LOSS) - add(sums, sum::PLY_FRICTION_WORK);
         let all = [
-            ("energy_balance", "work", add(sums, sum::WORK), work, energy),
+            // The work that contact between plies adds to that of the membrane has its own sum on the device.
+            ("energy_balance", "work", work, own.work - own.separation, energy + exchanged),
             ("energy_balance", "released energy", add(sums, sum::RELEASED), own.released[0], energy),
             ("energy_balance", "released energy", add(sums, sum::RELEASED_HOURGLASS), own.released[1], energy),
             ("energy_balance", "stored energy", add(sums, sum::STORED), balance.stored, energy),
             ("energy_balance", "stored energy", add(sums, sum::HOURGLASS_NOW), balance.hourglass, energy),
-            ("energy_balance", "work", add(sums, sum::VISCOUS), own.viscous, energy),
-            ("energy_balance", "law energy", add(sums, sum::LAW), balance.law, energy),
+            ("energy_balance", "work", add(sums, sum::VISCOUS_WORK), own.viscous, energy),
+            ("energy_balance", "law energy", law, balance.law, energy),
             ("energy_balance", "tension", most(sum::TENSION), balance.max_tension, force),
             ("energy_balance", "deflection", most(sum::DEFLECTION), deflection, length[0]),
             ("energy_balance", "load", most(sum::LOAD), balance.max_load, 1.0),
             ("ply_contact", "energy", lost, own.contact, of_plies),
             ("ply_contact", "energy", add(sums, sum::PLY_SEPARATION_WORK), own.separation, of_plies),
-            ("ply_contact", "energy", add(sums, sum::PLY_RUBBED), own.friction, of_plies),
+            ("ply_contact", "energy", add(sums, sum::PLY_FRICTION_WORK), own.friction, of_plies),
         ];
         for (n, (kernel, quantity, got, expected, scale)) in all.into_iter().enumerate() {
-            if self.scene.pack || kernel != "ply_contact" {
+            let compared = match kernel {
+                "ply_contact" => self.scene.pack,
+                _ => self.scene.elements || quantity == "work" && n == 0,
+            };
+            if compared {
                 self.see(kernel, quantity, [got, expected, scale + expected.abs()], || format!("balance {n}"));
             }
         }
@@ -208,7 +201,7 @@ impl Pair<'_> {
 
     /// Kinetic energies, momentum and largest speed from the processor's state after the step; evaluations; cells with both yarns left,
     /// once for every step since the last balance.
-    fn compare_motion(&mut self, sums: &[u32]) {
+    fn compare_motion(&mut self, sums: &[u32], half_of_body: f64) {
         let (model, state) = (&self.scene.model, &self.expected);
         let (mut kinetic, mut momentum, mut scale, mut square) = (0.0, Vector3::zeros(), 0.0, 0.0_f64);
         for place in node_places(model) {
@@ -227,15 +220,20 @@ impl Pair<'_> {
         let left = (0..model.grid.plies).map(whole).sum::<usize>();
         let fastest = sums.chunks_exact(SUMS).map(|s| f64::from(f32::from_bits(s[sum::FASTEST]))).fold(0.0, f64::max);
         let (now, energy) = (self.balance.balance().kinetic, kinetic + self.scales.kinetic);
+        let kinetic_now = add(sums, sum::KINETIC) + add(sums, sum::HALF_STEP) + half_of_body;
         self.see("energy_balance", "kinetic energy", [add(sums, sum::KINETIC), kinetic, energy], String::new);
-        self.see("energy_balance", "kinetic energy", [add(sums, sum::KINETIC_NOW), now, energy], || "now".into());
-        self.see("energy_balance", "largest square of speed", [fastest, square, square], String::new);
+        self.see("energy_balance", "kinetic energy", [kinetic_now, now, energy], || "now".into());
+        let size = if self.scene.elements { square } else { square.sqrt() * self.scales.closing[0] };
+        self.see("energy_balance", "largest square of speed", [fastest, square, size], String::new);
         for a in 0..3 {
             let numbers = [add(sums, sum::MOMENTUM + a), momentum[a], scale];
             self.see("energy_balance", "momentum", numbers, || format!("direction {a}"));
         }
+        if !self.scene.elements {
+            return; // weak yarns
+        }
         let evaluations = [add(sums, sum::EVALUATIONS), self.counts[0], self.counts[0].max(1.0)];
-        self.see("element_force", "evaluations", evaluations, || "energy_balance".into());
+        self.see("sweep", "evaluations", evaluations, || "energy_balance".into());
         self.count("counters", add(sums, sum::SOLVED), (STEPS as usize * left) as f64, "solved");
     }
 }
