@@ -9,18 +9,12 @@ fn reach_of(ply: u32) -> vec4<u32> {
         atomicLoad(&status[at]), atomicLoad(&status[at + 1u]), atomicLoad(&status[at + 2u]), atomicLoad(&status[at + 3u]));
 }
 
-/// Whether a node lies in a reach grown by one ring.
-fn in_reach(reach: vec4<u32>, place: vec2<u32>) -> bool {
-    let row = place.x + 1u >= reach.x && place.x <= reach.y;
-    let column = place.y + 1u >= reach.z && place.y <= reach.w;
+/// Whether a place lies in a reach, with so many more before and after it: of nodes one and one is a ring; of elements one and none those with
+/// a corner in the reach, two and one those with a corner in the ring.
+fn is_near(reach: vec4<u32>, place: vec2<u32>, before: u32, after: u32) -> bool {
+    let row = place.x + before >= reach.x && place.x < reach.y + after;
+    let column = place.y + before >= reach.z && place.y < reach.w + after;
     return row && column && reach.x < reach.y;
-}
-
-/// Whether an element has a corner in a reach. The first step computes everything.
-fn element_in_reach(reach: vec4<u32>, place: vec2<u32>) -> bool {
-    let row = place.x + 1u >= reach.x && place.x < reach.y;
-    let column = place.y + 1u >= reach.z && place.y < reach.w;
-    return (row && column && reach.x < reach.y) || step.index == 0u;
 }
 
 /// Takes a node in.

@@ -53,49 +53,44 @@ fn fabric_between(node: u32) -> f32 {
     return thickness;
 }
 
-/// Node near the projectile, before contact.
-struct Candidate {
-    /// Outward normal of the body in the axes of the pack, and the gap [m].
-    normal: vec3<f32>,
-    gap: f32,
-    /// From the body's centre of mass [m].
-    arm: vec3<f32>,
-    /// Depth inside the body [m].
-    depth: f32,
-    /// Velocity relative to the body's material [m/s].
-    relative: vec3<f32>,
-    /// In the body's frame, without the fabric in front of it [m], and the thickness of that [m].
-    pressed: vec3<f32>,
-    between: f32,
-    state: u32,
-}
-
-/// Looks at one node closely.
-fn candidate_at(node: u32) -> Candidate {
-    var candidate: Candidate;
+/// Takes a node in; gives how deep it is inside the body [m]. One that does not touch may be the end of an edge that does.
+fn take_in(p: u32) -> f32 {
+    let point = point_number(p);
+    let node = points[point].node;
     let ply = node_ply(node);
     let place = node_place(node);
-    if (!is_intact(node, place)) { return candidate; }
+    let inverse = inverse_in_pack(ply, place);
+    let mass = node_mass(ply, place);
+    points[point].inverse = vec4<f32>(inverse, 0.0);
+    points[point].relative = vec4<f32>(0.0, 0.0, 0.0, mass);
+    points[point].pressed = vec4<f32>(0.0);
+    var touch: Touch;
+    touch.ends = vec2<u32>(p, p);
+    touch.member = NONE;
+    touches[touch_number(p)] = touch;
+    if (!is_intact(node, place)) { return 0.0; }
     let own = node_vector(3u, node);
-    let free = to_pack(ply, own);
     let before = to_pack(ply, node_vector(0u, node) - scene.dt * own);
     let from_nose = arm_of(body.nose_coarse, body.nose_fine, to_pack(ply, reference(ply, place)), before);
-    candidate.between = fabric_between(node);
-    candidate.pressed = rotate_back(body.orientation, from_nose - vec3<f32>(0.0, 0.0, candidate.between));
-    let g = contact_distance(candidate.pressed);
+    let between = fabric_between(node);
+    let pressed = rotate_back(body.orientation, from_nose - vec3<f32>(0.0, 0.0, between));
+    let g = contact_distance(pressed);
     let arm = from_nose + nose_of(body.orientation);
-    let relative = free - body.velocity.xyz - cross(body.turning.xyz, arm);
-    candidate.normal = rotate(body.orientation, g.normal);
-    candidate.gap = g.distance;
-    candidate.arm = arm;
-    candidate.relative = relative;
-    candidate.depth = max(0.0, -g.distance);
-    let approach = dot(relative, candidate.normal);
-    if (stays_away(g.distance, approach)) { return candidate; }
-    let along = dot(candidate.normal, inverse_in_pack(ply, place) * candidate.normal);
-    if (scene.body_prescribed != 0u && along <= 0.0) { return candidate; } // both are held: neither can give way
-    candidate.state = select(NEAR, PUSHING, approach < closing_limit(g.distance));
-    return candidate;
+    let relative = to_pack(ply, own) - body.velocity.xyz - cross(body.turning.xyz, arm);
+    let normal = rotate(body.orientation, g.normal);
+    points[point].relative = vec4<f32>(relative, mass);
+    points[point].pressed = vec4<f32>(pressed, between);
+    touch.normal = vec4<f32>(normal, g.distance);
+    touch.arm = vec4<f32>(arm, mass);
+    touch.friction = friction_through(between);
+    let approach = dot(relative, normal);
+    // Where body and node are held neither can give way.
+    let are_held = scene.body_prescribed != 0u && dot(normal, inverse * normal) <= 0.0;
+    if (!stays_away(g.distance, approach) && !are_held) {
+        touch.state = select(NEAR, PUSHING, approach < closing_limit(g.distance));
+    }
+    touches[touch_number(p)] = touch;
+    return max(0.0, -g.distance);
 }
 
 /// Whether what approaches at a relative normal velocity cannot touch within the step.

@@ -155,7 +155,7 @@ fn energy_balance(id: Invocation) {
         let element = ply_number(ply) * ply_elements + i;
         if (PROJECTILE && is_element(ply, element_place(element))) { part[COVERED] += select(0.0, 1.0, covers(ply, element)); }
     }
-    for (var tile = begin; tile < scene.tile_rows * scene.tile_columns; tile += stride) { add_tile(tile_sum(ply, tile, 0u)); }
+    for (var tile = begin; tile < tile_counts().x * tile_counts().y; tile += stride) { add_tile(tile_sum(ply, tile, 0u)); }
     let ply_nodes = (scene.rows + 1u) * (scene.columns + 1u);
     for (var i = begin; i < ply_nodes; i += stride) {
         let node = ply_number(ply) * ply_nodes + i;

@@ -24,37 +24,31 @@ struct ElementGeometry {
 }
 
 fn geometry_of(ply: u32, place: vec2<u32>) -> ElementGeometry {
-    let finest = ElementGeometry(
-        scene.gradient_x,
-        scene.gradient_y,
-        scene.membrane_warp,
-        scene.membrane_weft,
-        scene.half_length_warp,
-        scene.half_length_weft,
-        scene.hourglass_warp + scene.hourglass_weft,
-        scene.viscosity_warp,
-        scene.viscosity_weft,
-        scene.viscosity_warp,
-        scene.viscosity_weft,
-        scene.cells,
-        scene.area);
-    if (!GRADED) { return finest; }
-    let x = line_at(ply, 0u, place.y);
-    let y = line_at(ply, 1u, place.x);
+    // Width and its inverse along x and y, over the finest.
+    var x = vec2<f32>(1.0);
+    var y = vec2<f32>(1.0);
+    var limited = vec2<f32>(1.0);
+    if (GRADED) {
+        let across_x = line_at(ply, 0u, place.y);
+        let across_y = line_at(ply, 1u, place.x);
+        x = vec2<f32>(across_x.width, across_x.per_width);
+        y = vec2<f32>(across_y.width, across_y.per_width);
+        limited = min(vec2<f32>(x.x, y.x), vec2<f32>(scene.viscous_length_x, scene.viscous_length_y));
+    }
     return ElementGeometry(
-        finest.gradient_x * x.per_width,
-        finest.gradient_y * y.per_width,
-        finest.membrane_warp * y.width,
-        finest.membrane_weft * x.width,
-        finest.half_length_warp * y.width,
-        finest.half_length_weft * x.width,
-        scene.hourglass_warp * x.per_width * x.per_width + scene.hourglass_weft * y.per_width * y.per_width,
-        finest.viscosity_warp * min(x.width, scene.viscous_length_x),
-        finest.viscosity_weft * min(y.width, scene.viscous_length_y),
-        finest.steep_viscosity_warp * x.width,
-        finest.steep_viscosity_weft * y.width,
-        finest.cells * y.width * x.width,
-        finest.area * y.width * x.width);
+        scene.gradient_x * x.y,
+        scene.gradient_y * y.y,
+        scene.membrane_warp * y.x,
+        scene.membrane_weft * x.x,
+        scene.half_length_warp * y.x,
+        scene.half_length_weft * x.x,
+        scene.hourglass_warp * x.y * x.y + scene.hourglass_weft * y.y * y.y,
+        scene.viscosity_warp * limited.x,
+        scene.viscosity_weft * limited.y,
+        scene.viscosity_warp * x.x,
+        scene.viscosity_weft * y.x,
+        scene.cells * y.x * x.x,
+        scene.area * y.x * x.x);
 }
 
 struct Kinematics {

@@ -178,7 +178,7 @@ fn ply_search(id: Invocation) {
     let ply = node_ply(node);
     let place = node_place(node);
     if (!is_node(ply, place)) { return; }
-    let moving = in_reach(reach_of(ply), place);
+    let moving = is_near(reach_of(ply), place, 1u, 1u);
     for (var side = 0u; side < 2u; side++) {
         let other = neighbour(ply, side);
         var found = false;

@@ -22,27 +22,6 @@
 /// Points of the rim on each ply.
 var<workgroup> of_ply: array<atomic<u32>, 64>;
 
-/// Takes a node in; gives how deep it is inside the body [m]. One that does not touch may be the end of an edge that does.
-fn take_in(p: u32) -> f32 {
-    let node = points[point_number(p)].node;
-    let ply = node_ply(node);
-    let place = node_place(node);
-    let candidate = candidate_at(node);
-    let mass = node_mass(ply, place);
-    points[point_number(p)].inverse = vec4<f32>(inverse_in_pack(ply, place), 0.0);
-    points[point_number(p)].relative = vec4<f32>(candidate.relative, mass);
-    points[point_number(p)].pressed = vec4<f32>(candidate.pressed, candidate.between);
-    var touch: Touch;
-    touch.normal = vec4<f32>(candidate.normal, candidate.gap);
-    touch.arm = vec4<f32>(candidate.arm, mass);
-    touch.ends = vec2<u32>(p, p);
-    touch.friction = friction_through(candidate.between);
-    touch.state = candidate.state;
-    touch.member = NONE;
-    touches[touch_number(p)] = touch;
-    return candidate.depth;
-}
-
 /// Point of a node among the first `count`, or `NONE`.
 fn point_of(node: u32, count: u32) -> u32 {
     var low = 0u;

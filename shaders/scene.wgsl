@@ -62,11 +62,6 @@ struct Scene {
     shot_elements: u32,
     shot_nodes: u32,
     plies: u32,
-    /// Tiles of a ply along its rows and columns.
-    tile_rows: u32,
-    tile_columns: u32,
-    pad0: u32,
-    pad1: u32,
     /// Ply type of the constants below.
     ply_type: u32,
     ply_friction: f32,
@@ -179,9 +174,6 @@ struct Step {
     kick: f32,
     /// Time since the last forces [s]: 0 at the start.
     span: f32,
-    pad0: u32,
-    pad1: u32,
-    pad2: u32,
 }
 
 // Words of `status`, shot by shot.

@@ -12,8 +12,6 @@ const RELEASED: u32 = 3u;
 const RELEASED_HOURGLASS: u32 = 4u;
 /// Made by the unit-cell law in cells that failed [J].
 const LAW_RELEASED: u32 = 5u;
-/// How many a step without a sample has.
-const ALWAYS: u32 = 6u;
 // Of the sampled step:
 /// Work in the half step after the positions [J].
 const HALF_STEP: u32 = 6u;
@@ -41,9 +39,15 @@ const PLY_FRICTION_WORK: u32 = 24u;
 const PLY_SEPARATION_WORK: u32 = 25u;
 const SUMS: u32 = 26u;
 
+/// Elements along a side of a tile that it owns.
+const TILE: u32 = 15u;
+
+/// Tiles of a ply along its rows and columns: a node more than elements.
+fn tile_counts() -> vec2<u32> { return (vec2<u32>(scene.rows, scene.columns) + TILE) / TILE; }
+
 /// Place in `tiles` of a number of a tile of a ply.
 fn tile_sum(ply: u32, tile: u32, which: u32) -> u32 {
-    return (ply_number(ply) * scene.tile_rows * scene.tile_columns + tile) * TILE_SUMS + which;
+    return (ply_number(ply) * tile_counts().x * tile_counts().y + tile) * TILE_SUMS + which;
 }
 
 /// Sums of an invocation.

@@ -20,51 +20,40 @@
 @group(1) @binding(7) var<storage, read_write> candidates: array<atomic<u32>>;
 
 /// Elements along a side of a tile, nodes, and invocations.
-const SIDE: u32 = 16u;
-const NODES: u32 = 17u;
-const INVOCATIONS: u32 = 256u;
+const SIDE: u32 = TILE + 1u;
+const NODES: u32 = TILE + 2u;
+const INVOCATIONS: u32 = SIDE * SIDE;
 /// First steps, which compute everything: after them an element at rest has the same words in each slot for ever.
 const SETTLED: u32 = 4u;
 
-/// Nodes of the tile, shape (6, 17, 17); then forces of its elements, shape (9, 16, 16); then sums, shape (12, 16, 16).
-var<workgroup> tile: array<f32, 3072>;
+/// Displacements and velocities of the nodes of the tile, shape (2, 17, 17); then forces of its elements, shape (3, 16, 16); then sums, shape
+/// (3, 16, 16).
+var<workgroup> tile: array<vec4<f32>, 768>;
 /// Nodes of the ply that may have moved; `NONE` after a bad step.
 var<workgroup> tile_reach: vec4<u32>;
 /// Bits of the largest residual, and cells that did not meet it.
 var<workgroup> worst: atomic<u32>;
 var<workgroup> open_cells: atomic<u32>;
 
-/// Vector of a node of the tile, from its first field on.
-fn tile_vector(field: u32, at: u32) -> vec3<f32> {
-    let first = field * NODES * NODES + at;
-    return vec3<f32>(tile[first], tile[first + NODES * NODES], tile[first + 2u * NODES * NODES]);
-}
-
-/// Values of a node of the tile and the three that close its element.
-fn tile_differences(field: u32, at: u32) -> Differences {
-    return differences(
-        tile_vector(field, at), tile_vector(field, at + 1u), tile_vector(field, at + NODES + 1u), tile_vector(field, at + NODES));
+/// Displacements (0) or velocities (1) of a node of the tile and the three that close its element.
+fn tile_differences(field: u32, node: u32) -> Differences {
+    let at = field * NODES * NODES + node;
+    return differences(tile[at].xyz, tile[at + 1u].xyz, tile[at + NODES + 1u].xyz, tile[at + NODES].xyz);
 }
 
 /// Loads the nodes of the tile; `corner`: place of the first, which may lie beyond the edge.
 fn load_nodes(ply: u32, corner: vec2<u32>, local: u32) {
     for (var at = local; at < NODES * NODES; at += INVOCATIONS) {
         let place = corner + vec2<u32>(at / NODES, at % NODES);
-        let there = is_node(ply, place);
-        let node = node_at(ply, place);
-        for (var field = 0u; field < 6u; field++) {
-            var value = 0.0;
-            if (there) { value = nodes[node_word(slot_before(), field, node)]; }
-            tile[field * NODES * NODES + at] = value;
+        var u = vec3<f32>(0.0);
+        var v = vec3<f32>(0.0);
+        if (is_node(ply, place)) {
+            u = vector_in(slot_before(), 0u, node_at(ply, place));
+            v = vector_in(slot_before(), 3u, node_at(ply, place));
         }
+        tile[at] = vec4<f32>(u, 0.0);
+        tile[NODES * NODES + at] = vec4<f32>(v, 0.0);
     }
-}
-
-/// Whether an element has a corner that moves.
-fn is_computed(ply: u32, place: vec2<u32>, reach: vec4<u32>) -> bool {
-    let moves = in_reach(reach, place) || in_reach(reach, place + vec2<u32>(0u, 1u))
-        || in_reach(reach, place + vec2<u32>(1u, 0u)) || in_reach(reach, place + vec2<u32>(1u, 1u));
-    return is_element(ply, place) && (step.index < SETTLED || moves);
 }
 
 /// Internal force on the node at the lower left corner of an element of the tile [N], in fixed order.
@@ -76,38 +65,41 @@ fn gather(local: u32) -> vec3<f32> {
     return (first + second) + (fourth - third);
 }
 
-fn tile_force(field: u32, at: u32) -> vec3<f32> {
-    let first = field * INVOCATIONS + at;
-    return vec3<f32>(tile[first], tile[first + INVOCATIONS], tile[first + 2u * INVOCATIONS]);
-}
-
 /// Force of one element [N] with the signs of the corner it has at a node.
 fn corner_force(at: u32, warp: f32, weft: f32, mode: f32) -> vec3<f32> {
-    let membrane = warp * tile_force(0u, at) + weft * tile_force(3u, at);
+    let membrane = warp * tile[at].xyz + weft * tile[INVOCATIONS + at].xyz;
     if (!HOURGLASS) { return membrane; }
-    return membrane + mode * tile_force(6u, at);
+    return membrane + mode * tile[2u * INVOCATIONS + at].xyz;
+}
+
+/// Four numbers of an invocation or a tile added to four others; of deflections the larger.
+fn joined_four(which: u32, a: vec4<f32>, b: vec4<f32>) -> vec4<f32> {
+    return vec4<f32>(a.xyz + b.xyz, joined(4u * which + 3u, a.w, b.w));
 }
 
 /// Adds the sums of all invocations to those of the tile, in fixed order.
 fn add_up(first_sum: u32, local: u32) {
-    let count = select(ALWAYS, TENSION, SAMPLED);
+    let count = select(2u, 3u, SAMPLED);
     workgroupBarrier();
-    for (var i = 0u; i < count; i++) { tile[i * INVOCATIONS + local] = part[i]; }
+    for (var i = 0u; i < count; i++) {
+        tile[i * INVOCATIONS + local] = vec4<f32>(part[4u * i], part[4u * i + 1u], part[4u * i + 2u], part[4u * i + 3u]);
+    }
     workgroupBarrier();
     let which = local / SIDE;
-    let first = which * INVOCATIONS + local % SIDE;
     if (which < count) {
+        let first = which * INVOCATIONS + local % SIDE;
         var sum = tile[first];
-        for (var i = SIDE; i < INVOCATIONS; i += SIDE) {
-            sum = joined(which, sum, tile[first + i]);
-        }
+        for (var i = SIDE; i < INVOCATIONS; i += SIDE) { sum = joined_four(which, sum, tile[first + i]); }
         tile[first] = sum;
     }
     workgroupBarrier();
     if (local < count) {
-        var sum = tiles[first_sum + local];
-        for (var i = 0u; i < SIDE; i++) { sum = joined(local, sum, tile[local * INVOCATIONS + i]); }
-        tiles[first_sum + local] = sum;
+        var sum = tile[local * INVOCATIONS];
+        for (var i = 1u; i < SIDE; i++) { sum = joined_four(local, sum, tile[local * INVOCATIONS + i]); }
+        for (var i = 0u; i < 4u; i++) {
+            let at = first_sum + 4u * local + i;
+            tiles[at] = joined(4u * local + i, tiles[at], sum[i]);
+        }
     }
     if (local == 0u) {
         let most = atomicLoad(&worst);
@@ -123,10 +115,10 @@ fn sweep(id: Invocation) {
     body = bodies[shot.number];
     let local = id.local;
     let number = id.group.y * id.groups.x + id.group.x;
-    let ply = number / (scene.tile_rows * scene.tile_columns);
+    let counts = tile_counts();
+    let ply = number / (counts.x * counts.y);
     if (ply >= scene.plies || plies[min(ply, scene.plies - 1u)].ply_type != scene.ply_type) { return; }
-    let row = (number / scene.tile_columns) % scene.tile_rows;
-    let column = number % scene.tile_columns;
+    let at_tile = vec2<u32>((number / counts.y) % counts.x, number % counts.y);
     if (local == 0u) {
         let sound = step.index <= atomicLoad(&status[counter(BAD_STEP)]);
         tile_reach = select(vec4<u32>(NONE), reach_of(ply), sound);
@@ -134,11 +126,11 @@ fn sweep(id: Invocation) {
     let reach = workgroupUniformLoad(&tile_reach);
     if (reach.w == NONE) { return; }
     // Elements of the first row and column belong to other tiles; at the edge of a ply there are none, and their numbers wrap around.
-    let corner = (SIDE - 1u) * vec2<u32>(row, column) - vec2<u32>(1u);
+    let corner = TILE * at_tile - vec2<u32>(1u);
     let place = corner + vec2<u32>(local / SIDE, local % SIDE);
     let own = local >= SIDE && local % SIDE > 0u;
     let own_node = own && is_node(ply, place);
-    let moves = own_node && in_reach(reach, place);
+    let moves = own_node && is_near(reach, place, 1u, 1u);
     let low = corner + vec2<u32>(1u);
     let rests = reach.x >= reach.y || low.x > reach.y || low.x + SIDE < reach.x || low.y > reach.w || low.y + SIDE < reach.z;
     if (rests && step.index >= SETTLED) {
@@ -149,28 +141,25 @@ fn sweep(id: Invocation) {
     workgroupBarrier();
     let at = (local / SIDE) * NODES + local % SIDE;
     var forces = ElementForces();
-    if (is_computed(ply, place, reach)) {
-        let counted = own && element_in_reach(reach, place);
-        forces = element_step(ply, place, tile_differences(0u, at), tile_differences(3u, at), own, counted);
+    if (is_element(ply, place) && (step.index < SETTLED || is_near(reach, place, 2u, 1u))) {
+        let counted = own && (step.index == 0u || is_near(reach, place, 1u, 0u));
+        forces = element_step(ply, place, tile_differences(0u, at), tile_differences(1u, at), own, counted);
         if (SAMPLED && own && forces.stood) {
-            let z = 2u * NODES * NODES + at;
-            part[DEFLECTION] = max(
-                max(abs(tile[z]), abs(tile[z + 1u])), max(abs(tile[z + NODES]), abs(tile[z + NODES + 1u])));
+            let z = vec4<f32>(tile[at].z, tile[at + 1u].z, tile[at + NODES].z, tile[at + NODES + 1u].z);
+            part[DEFLECTION] = max(max(abs(z.x), abs(z.y)), max(abs(z.z), abs(z.w)));
         }
     }
-    let u = tile_vector(0u, at);
-    let v = tile_vector(3u, at);
+    let u = tile[at].xyz;
+    let v = tile[NODES * NODES + at].xyz;
     workgroupBarrier();
-    for (var a = 0u; a < 3u; a++) {
-        tile[a * INVOCATIONS + local] = forces.warp[a];
-        tile[(3u + a) * INVOCATIONS + local] = forces.weft[a];
-        tile[(6u + a) * INVOCATIONS + local] = forces.mode[a];
-    }
+    tile[local] = vec4<f32>(forces.warp, 0.0);
+    tile[INVOCATIONS + local] = vec4<f32>(forces.weft, 0.0);
+    tile[2u * INVOCATIONS + local] = vec4<f32>(forces.mode, 0.0);
     workgroupBarrier();
     if (moves) {
         move_node(ply, place, u, v, gather(local));
     } else if (PROJECTILE && own_node) {
         mark(ply, place, vec3<f32>(0.0), 0.0);
     }
-    add_up(tile_sum(ply, row * scene.tile_columns + column, 0u), local);
+    add_up(tile_sum(ply, at_tile.x * counts.y + at_tile.y, 0u), local);
 }

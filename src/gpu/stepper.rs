@@ -14,7 +14,7 @@ use crate::model::Model;
 use crate::model::mesh::Grid;
 
 /// Steps in one submission at most.
-pub const BATCH: usize = 256;
+pub const BATCH: usize = 1024;
 
 /// One dispatch of a step.
 struct Dispatch {

@@ -92,12 +92,12 @@ defects! {
         "bit of the warp for the weft" in "variational, compressible": "(words.x & 2u) != 0u" => "(words.x & 1u) != 0u";
         "hourglass work of the first step" in "variational, rigid": "mode - step.span * v.mode" => "mode - step.kick * v.mode";
         "row of elements before the reach left out" in "only a part reached":
-            "let row = place.x + 1u >= reach.x && place.x < reach.y;" => "let row = place.x >= reach.x && place.x < reach.y;";
+            "let row = place.x + before >= reach.x" => "let row = place.x + 1u >= reach.x + before";
         "mean along the other yarn" in "failure over a length":
             "vec2<u32>(u32(at), place.y), vec2<u32>(place.x, u32(at)), which == 0u" => "vec2<u32>(u32(at), place.y), vec2<u32>(place.x, u32(at)), which == 1u";
         "law's energy of the other yarn" in "published, compressible":
             "let at = i * LAW_COUNT + j;" => "let at = j * LAW_COUNT + i;";
-        "weft force of the finest" in "graded": "finest.membrane_weft * x.width" => "finest.membrane_weft";
+        "weft force of the finest" in "graded": "scene.membrane_weft * x.x" => "scene.membrane_weft";
         "lines of the first sheet" in "graded plies of two fabrics": "(2u * plies[ply].ply_type + axis)" => "axis";
         "compression missing" in "variational, compressible": "scene.compression_a - scene.compression_b * q, 0.0" => "0.0, 0.0";
         "warm start not used" in "variational, compressible":

@@ -72,7 +72,7 @@ fn expected() -> BTreeMap<&'static str, Vec<f64>> {
         layout: GROUP, BODY_WORDS, STATUS_WORDS, NONE, FIXED_POINT_SCALE, LINES_ACROSS, LINE_TEXELS;
         status: BAD_STEP, EVENTS, FAILED, ERODED, UNCONVERGED, RESIDUAL, OVERFLOW, OVERFLOW_EDGES, COMPUTED, PLY_DEPTH, AT_LIMIT, REACH;
         cell: YARNS, DRAG, STRAIN, CELL_FIELDS, HEIGHT_STEPS;
-        sum: WORK, VISCOUS_WORK, EVALUATIONS, RELEASED, RELEASED_HOURGLASS, LAW_RELEASED, ALWAYS, HALF_STEP, STORED,
+        sum: WORK, VISCOUS_WORK, EVALUATIONS, RELEASED, RELEASED_HOURGLASS, LAW_RELEASED, HALF_STEP, STORED,
             HOURGLASS_NOW, LAW_MADE, SOLVED, DEFLECTION, TENSION, LOAD, TILE_SUMS, KINETIC, FASTEST, MOMENTUM, SUPPORT,
             COVERED, PLY_LOSS, PLY_FRICTION_WORK, PLY_SEPARATION_WORK, SUMS;
         ply_contact: WALK, POSITION_CORRECTION, RECOVERY_TIME, DEEP_RECOVERY, DEEP, RECOVERY_SPEED, DEEP_SPEED, NEAR_MIDDLE,
@@ -91,6 +91,8 @@ fn expected() -> BTreeMap<&'static str, Vec<f64>> {
         arc_length: SERIES;
     };
     let others = [
+        ("SETTLED", 4_usize.numbers()),
+        ("TILE", (layout::TILE as u32).numbers()),
         ("SIDE", (layout::TILE as u32 + 1).numbers()),
         ("NODES", (layout::TILE as u32 + 2).numbers()),
         ("INVOCATIONS", (layout::TILE as u32 + 1).pow(2).numbers()),

@@ -149,8 +149,6 @@ pub mod sum {
     pub const RELEASED_HOURGLASS: usize = 4;
     /// Made by the unit-cell law itself in cells that failed since then [J].
     pub const LAW_RELEASED: usize = 5;
-    /// Sums of a step without a sample.
-    pub const ALWAYS: usize = 6;
     /// Work on the elements in the half step after the positions [J].
     pub const HALF_STEP: usize = 6;
     /// Elastic energy by state functions [J].

@@ -37,7 +37,7 @@ shared! {
     /// Constants of the shots of a batch and of one of their ply types.
     Scene {
         columns: u32, rows: u32, elements: u32, nodes: u32, shot_elements: u32, shot_nodes: u32, plies: u32,
-        tile_rows: u32, tile_columns: u32, pad: [u32; 2], ply_type: u32, ply_friction: f32,
+        ply_type: u32, ply_friction: f32,
         warp_stiffness: f32, warp_half_span: f32, warp_crimp: f32, warp_failure_strain: f32, warp_slack: f32,
         weft_stiffness: f32, weft_half_span: f32, weft_crimp: f32, weft_failure_strain: f32, weft_slack: f32,
         height_sum: f32, compression_a: f32, compression_b: f32, compression_offset: f32,
@@ -53,7 +53,7 @@ shared! {
     }
 
     /// One step.
-    Step { index: u32, slot: u32, since: u32, kick: f32, span: f32, pad: [u32; 3] }
+    Step { index: u32, slot: u32, since: u32, kick: f32, span: f32 }
 
     /// Constants of one shot of a batch.
     Shot { impact: [f32; 3], impulse_unit: f32, travel: f32, number: u32, pad: [u32; 2] }
@@ -94,7 +94,6 @@ pub fn step(info: &StepInfo) -> Step {
         since: info.since,
         kick: (if first { 0.5 * info.dt } else { info.dt }) as f32,
         span: (if first { 0.0 } else { info.dt }) as f32,
-        pad: [0; 3],
     }
 }
 
@@ -114,8 +113,6 @@ pub fn scene(model: &Model<f32>, ply_type: usize, sizes: &Sizes) -> Scene {
         shot_elements: sizes.elements as u32,
         shot_nodes: sizes.nodes as u32,
         plies: grid.plies as u32,
-        tile_rows: sizes.tiles[0] as u32,
-        tile_columns: sizes.tiles[1] as u32,
         ply_type: ply_type as u32,
         ply_friction: model.ply_friction as f32,
         dt: model.dt as f32,
