@@ -172,11 +172,9 @@ fn release(element: u32, motion: Motion, cell: Equilibrium, yarns_left: YarnsLef
     let mode_intact = mode_force(size, motion.k, elastic, was);
     let undone = dot(intact.warp - m.warp, v.x) + dot(intact.weft - m.weft, v.y) + dot(mode_intact - acting.on_mode, v.mode);
     part[RELEASED] += before - after - 0.5 * step.span * undone;
-    if (HOURGLASS) {
-        // The part of the hourglass work that the state function ½k|q|² does not hold once k dropped.
-        let lost = hourglass_where(both, size) - acting.hourglass;
-        part[RELEASED_HOURGLASS] += 0.5 * lost * dot(mode, mode - step.span * v.mode);
-    }
+    // The part of the hourglass work that the state function ½k|q|² does not hold once k dropped.
+    let lost = hourglass_where(both, size) - acting.hourglass;
+    part[RELEASED_HOURGLASS] += 0.5 * lost * dot(mode, mode - step.span * v.mode);
     // What the law has made by now stays.
     part[LAW_RELEASED] += law_energy(motion, both, stored_energy(size, select(zero, cell.tension, was_alive), cell.strain, cell.force, 0.0));
     if (yarns_left.failed.x) { record_failure(element, 0u, cell.strain.x); }
@@ -196,7 +194,7 @@ fn add_state(motion: Motion, cell: Equilibrium, yarns_left: YarnsLeft, acting: F
     let strain = select(yarns_left.free_strain, cell.strain, both_left);
     let left = shear_where(both_left, acting.trellis);
     part[STORED] += stored_energy(size, tension, strain, select(0.0, cell.force, both_left), left.energy);
-    if (HOURGLASS) { part[HOURGLASS_NOW] += 0.5 * acting.hourglass * dot(mode, mode); }
+    part[HOURGLASS_NOW] += 0.5 * acting.hourglass * dot(mode, mode);
     part[LAW_MADE] += law_energy(motion, both_left, stored_energy(size, tension, strain, select(0.0, cell.force, both_left), 0.0));
     part[SOLVED] += select(0.0, f32(step.since), both_left && counted);
 }
@@ -251,7 +249,6 @@ fn element_step(ply: u32, place: vec2<u32>, u: Differences, v: Differences, own:
         if (any(yarns_left.failed)) { release(element, motion, cell, yarns_left, acting); }
         if (SAMPLED) { add_state(motion, cell, yarns_left, acting, counted); }
     }
-    var mode = vec3<f32>(0.0);
-    if (HOURGLASS) { mode = acting.hourglass * motion.k.mode + acting.on_mode; }
+    let mode = acting.hourglass * motion.k.mode + acting.on_mode;
     return ElementForces(acting.membrane.warp, acting.membrane.weft, mode, true);
 }

@@ -16,12 +16,15 @@
 @group(1) @binding(2) var<storage, read_write> tiles: array<f32>;
 @group(1) @binding(3) var<storage, read_write> contact_work: array<f32>;
 @group(1) @binding(4) var<storage, read_write> supports: array<f32>;
-@group(1) @binding(5) var<storage, read_write> bodies: array<Body>;
+@group(1) @binding(5) var<storage, read_write> bodies: array<array<vec4<u32>, 15>>;
 @group(1) @binding(6) var<storage, read_write> status: array<atomic<u32>>;
 @group(1) @binding(7) var<storage, read_write> samples: array<u32>;
 
-/// Words of the body.
+/// Words of the body; fours of them: orientation, impulse, support and energy, place of the nose.
 const BODY_WORDS: u32 = 60u;
+const BODY_ORIENTATION: u32 = 3u;
+const BODY_SUMS: u32 = 10u;
+const BODY_NOSE: u32 = 13u;
 
 var<workgroup> sums: array<f32, 1690>; // 26 sums of 64 parts, in rows of 65
 
@@ -79,31 +82,13 @@ fn covers(ply: u32, element: u32) -> bool {
         && (runs_on(ply, place, 1u) || runs_on(ply, place, 2u));
 }
 
-fn put(at: u32, words: vec4<u32>) {
-    for (var i = 0u; i < 4u; i++) { samples[at + i] = words[i]; }
-}
-
 /// The body and the counters after the sums; the body's own sums begin anew.
 fn finish(first: u32) {
-    put(first, bitcast<vec4<u32>>(body.coarse));
-    put(first + 4u, bitcast<vec4<u32>>(body.fine));
-    put(first + 8u, bitcast<vec4<u32>>(body.change));
-    put(first + 12u, bitcast<vec4<u32>>(body.orientation));
-    put(first + 16u, bitcast<vec4<u32>>(body.angular_momentum));
-    put(first + 20u, bitcast<vec4<u32>>(body.velocity));
-    put(first + 24u, bitcast<vec4<u32>>(body.turning));
-    put(first + 28u, bitcast<vec4<u32>>(body.coarse_before));
-    put(first + 32u, bitcast<vec4<u32>>(body.fine_before));
-    put(first + 36u, bitcast<vec4<u32>>(body.change_before));
-    put(first + 40u, bitcast<vec4<u32>>(body.impulse));
-    put(first + 44u, bitcast<vec4<u32>>(body.support));
-    put(first + 48u, bitcast<vec4<u32>>(body.energy));
-    put(first + 52u, bitcast<vec4<u32>>(body.nose_coarse));
-    put(first + 56u, bitcast<vec4<u32>>(body.nose_fine));
+    let n = shot.number;
+    for (var i = 0u; i < BODY_WORDS; i++) { samples[first + i] = bodies[n][i / 4u][i % 4u]; }
     for (var i = 0u; i < STATUS_WORDS; i++) { samples[first + BODY_WORDS + i] = atomicLoad(&status[counter(i)]); }
-    bodies[shot.number].impulse = vec4<f32>(0.0);
-    bodies[shot.number].support = vec4<f32>(0.0);
-    bodies[shot.number].energy = vec4<f32>(0.0, 0.0, 0.0, body.energy.w);
+    for (var i = BODY_SUMS; i < BODY_SUMS + 2u; i++) { bodies[n][i] = vec4<u32>(0u); }
+    bodies[n][BODY_SUMS + 2u] = vec4<u32>(0u, 0u, 0u, bodies[n][BODY_SUMS + 2u].w);
 }
 
 /// Adds what a tile has, which begins anew.
@@ -132,18 +117,12 @@ fn add_node(ply: u32, node: u32, place: vec2<u32>) {
     }
 }
 
-/// Adds the impulse of a support at a node, which begins anew.
-fn add_support(at: u32) {
-    for (var a = 0u; a < 3u; a++) {
-        part[SUPPORT + a] += supports[at + a];
-        supports[at + a] = 0.0;
-    }
-}
-
 @compute @workgroup_size(64)
 fn energy_balance(id: Invocation) {
     shot = shots[id.group.z];
-    body = bodies[shot.number];
+    body.orientation = bitcast<vec4<f32>>(bodies[shot.number][BODY_ORIENTATION]);
+    body.nose_coarse = bitcast<vec4<i32>>(bodies[shot.number][BODY_NOSE]);
+    body.nose_fine = bitcast<vec4<i32>>(bodies[shot.number][BODY_NOSE + 1u]);
     // Each ply has as many workgroups, so that their sums are those of a ply.
     let share = scene.groups / scene.plies;
     let ply = id.group.x / share;
@@ -164,7 +143,10 @@ fn energy_balance(id: Invocation) {
         add_node(ply, node, place);
     }
     let rim = 2u * (scene.columns + scene.rows + 2u);
-    for (var i = begin; i < rim; i += stride) { add_support(3u * (ply_number(ply) * rim + i)); }
+    for (var i = 3u * begin; i < 3u * rim; i += select(3u * stride - 2u, 1u, i % 3u < 2u)) {
+        part[SUPPORT + i % 3u] += supports[3u * ply_number(ply) * rim + i];
+        supports[3u * ply_number(ply) * rim + i] = 0.0;
+    }
     for (var i = 0u; i < SUMS; i++) { sums[i * 65u + id.local] = part[i]; }
     workgroupBarrier();
     for (var bit = 6u; bit > 0u; bit--) {

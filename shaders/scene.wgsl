@@ -20,8 +20,6 @@ override TERMS: u32 = 12u;
 override COMPRESSION: bool = true;
 /// Whether the fabric resists trellis shear.
 override SHEAR: bool = true;
-/// Whether elements resist the hourglass mode, or stretches are means over the element.
-override HOURGLASS: bool = true;
 /// Whether yarns have shock viscosity.
 override VISCOUS: bool = true;
 /// Whether pieces of yarn differ in strength.

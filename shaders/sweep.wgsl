@@ -67,9 +67,7 @@ fn gather(local: u32) -> vec3<f32> {
 
 /// Force of one element [N] with the signs of the corner it has at a node.
 fn corner_force(at: u32, warp: f32, weft: f32, mode: f32) -> vec3<f32> {
-    let membrane = warp * tile[at].xyz + weft * tile[INVOCATIONS + at].xyz;
-    if (!HOURGLASS) { return membrane; }
-    return membrane + mode * tile[2u * INVOCATIONS + at].xyz;
+    return warp * tile[at].xyz + weft * tile[INVOCATIONS + at].xyz + mode * tile[2u * INVOCATIONS + at].xyz;
 }
 
 /// Four numbers of an invocation or a tile added to four others; of deflections the larger.

@@ -140,7 +140,7 @@ const SHARE_UNIT: u32 = 1 << 20;
 
 /// Values of the pipeline-overridable constants, by name. `sampled`: the step fills in the energies of the state; `width`: see
 /// [`Sizes::contact_group`](super::buffers::Sizes::contact_group).
-pub fn constants(features: &Features, sampled: bool, width: u32) -> [(&'static str, f64); 21] {
+pub fn constants(features: &Features, sampled: bool, width: u32) -> [(&'static str, f64); 20] {
     let flag = |yes: bool| f64::from(u8::from(yes));
     [
         ("ROUNDOFF_TOLERANCE", NOISE),
@@ -151,7 +151,6 @@ pub fn constants(features: &Features, sampled: bool, width: u32) -> [(&'static s
         ("TERMS", features.series as f64),
         ("COMPRESSION", flag(features.compression)),
         ("SHEAR", flag(features.shear)),
-        ("HOURGLASS", flag(features.hourglass || features.mean_stretch)),
         ("VISCOUS", flag(features.viscous)),
         ("STRENGTH", flag(features.strength)),
         ("LAW_ENERGY", flag(features.law_energy)),

@@ -106,7 +106,7 @@ impl DeviceStepper<'_> {
             let sum = self.height_sum(model, at).max(f64::MIN_POSITIVE);
             let parts = [0, 1].map(|yarn| {
                 let height = f64::from(heights[yarn * count + at]) / sum;
-                let steps = (height.clamp(0.0, 1.0) * f64::from(cell::HEIGHT_STEPS)).round() as u64;
+                let steps = (height.clamp(0.0, 1.0) * (cell::HEIGHT_STEPS as f64)).round() as u64;
                 u64::from(alive[yarn * count + at] > 0.5) << yarn | steps << (2 + 24 * yarn)
             });
             parts[0] | parts[1]
@@ -168,8 +168,8 @@ impl DeviceStepper<'_> {
                     let (low, high) = (field(cell::YARNS), field(cell::YARNS + 1));
                     let height = |at: usize, yarn: usize| {
                         let word = u64::from(low[at]) | u64::from(high[at]) << 32;
-                        let steps = (word >> (2 + 24 * yarn)) as u32 & cell::HEIGHT_STEPS;
-                        (f64::from(steps) * self.height_sum(model, at) / f64::from(cell::HEIGHT_STEPS)) as f32
+                        let steps = (word >> (2 + 24 * yarn)) as usize & cell::HEIGHT_STEPS;
+                        (steps as f64 * self.height_sum(model, at) / cell::HEIGHT_STEPS as f64) as f32
                     };
                     let heights = (0..2).flat_map(|yarn| (0..count).map(move |at| (at, yarn)));
                     let heights: Vec<f32> = heights.map(|(at, yarn)| height(at, yarn)).collect();

@@ -207,10 +207,6 @@ pub struct Features {
     pub compression: bool,
     /// Trellis shear.
     pub shear: bool,
-    /// Elements have hourglass stiffness.
-    pub hourglass: bool,
-    /// Stretches are means over an element, so that its yarns act on the hourglass mode too.
-    pub mean_stretch: bool,
     /// The unit-cell law makes energy by itself.
     pub law_energy: bool,
     /// Yarns have shock viscosity.
@@ -244,8 +240,6 @@ impl Features {
             series: first.cell.yarn.iter().map(|yarn| yarn.terms).max().unwrap_or(MAX_TERMS),
             compression: any(&|t| t.cell.compression[0] > 0.0),
             shear: any(&|t| t.has_shear),
-            hourglass: any(&|t| t.element.hourglass.iter().any(|k| *k > 0.0)),
-            mean_stretch: any(&|t| t.element.mode_share > 0.0),
             law_energy: any(&|t| t.law_energy.is_some()),
             viscous: any(&|t| t.viscous),
             strength: model.strength.is_some(),

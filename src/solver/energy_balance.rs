@@ -1,9 +1,8 @@
 //! Balance of energy and momentum, always on.
 //!
-//! Internal work is the work of the nodes' internal forces, by the trapezoidal rule; kinetic energy is taken at the time of the positions,
-//! K = ½ Σ m v⁺·(v⁺ − Δt f/m). With these two the leapfrog keeps K + work + contact + friction − external constant to round-off, so that any
-//! difference is an error of contact or number range, and not of bookkeeping. That forces do the work that elements store, assembly and
-//! failure with it, is what the balance from state functions shows.
+//! Internal work is that of the internal forces on the nodes, by the trapezoidal rule; kinetic energy is taken at the time of the positions,
+//! K = ½ Σ m v⁺·(v⁺ − Δt f/m). With these two the leapfrog keeps K + work + contact + friction − external constant to round-off: a difference
+//! is an error of contact. The balance from state functions shows whether elements store the work done on them.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -23,7 +22,7 @@ use crate::solver::state::{Given, State};
 pub struct EnergyBalance {
     /// Work done on the elements since the start [J]: what they hold, what failures released and what shock viscosity dissipated.
     pub work: f64,
-    /// Work on them in the half step after the positions of the last step, not counted yet [J].
+    /// Work on them after the positions of the last step, not counted yet [J].
     pub(crate) half_step: f64,
     /// The part of it that shock viscosity dissipated [J].
     pub viscous: f64,
@@ -217,9 +216,8 @@ impl EnergyBalance {
         }
         let kinetic = |rows: &[NodeTotals]| rows.iter().map(|row| row.kinetic + row.work[1]).sum();
         self.kinetic = kinetic(rows);
-        for (ply, rows) in self.plies.iter_mut().zip(rows.chunks(grid.rows + 1)) {
-            ply.kinetic = kinetic(rows);
-        }
+        let plies = self.plies.iter_mut().zip(rows.chunks(grid.rows + 1));
+        plies.for_each(|(ply, rows)| ply.kinetic = kinetic(rows));
     }
 
     /// Replaces a touched node's share of work, kinetic energy and momentum.
@@ -343,11 +341,8 @@ pub(crate) fn find_divergence<S: Scalar>(model: &Model<S>, state: &State<S>) -> 
     let divergence = |kernel, name: &str, x: S, place| {
         Some(Divergence { step: state.step, kernel, quantity: format!("{name} = {x:?}"), place })
     };
-    let name_of = |field: usize| match field {
-        element::HEIGHT.. => "yarn height",
-        element::PREDICTOR.. => "predictor of the yarn height",
-        _ => ["membrane force along warp", "membrane force along weft", "hourglass force"][field / 3],
-    };
+    let forces = ["membrane force along warp", "membrane force along weft", "hourglass force"];
+    let name_of = |field: usize| forces.get(field / 3).copied().unwrap_or("yarn height, or what predicts it");
     for place @ [ply, row, column] in model.element_places() {
         let number = |f: usize| state.elements.get(grid.first_element_row(ply) + row, f, column + 1);
         if let Some(f) = (0..element::ALIVE).find(|f| bad(&number(*f))) {

@@ -1,6 +1,7 @@
 //! Constants of the shaders, and what the host overrides.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::mem::offset_of;
 
 use naga::Module;
 use ripstop::gpu::{layout, shader};
@@ -92,6 +93,9 @@ fn expected() -> BTreeMap<&'static str, Vec<f64>> {
     };
     let others = [
         ("SETTLED", 4_usize.numbers()),
+        ("BODY_ORIENTATION", (offset_of!(layout::Body, orientation) / 16).numbers()),
+        ("BODY_SUMS", (offset_of!(layout::Body, impulse) / 16).numbers()),
+        ("BODY_NOSE", (offset_of!(layout::Body, nose_coarse) / 16).numbers()),
         ("TILE", (layout::TILE as u32).numbers()),
         ("SIDE", (layout::TILE as u32 + 1).numbers()),
         ("NODES", (layout::TILE as u32 + 2).numbers()),

@@ -93,98 +93,34 @@ pub const STATUS_WORDS: usize = 13;
 /// Words of the projectile.
 pub const BODY_WORDS: usize = size_of::<Body>() / 4;
 
-/// Words of `status`.
-pub mod status {
-    /// First step that produced a number that is not finite.
-    pub const BAD_STEP: usize = 0;
-    /// Failure events so far.
-    pub const EVENTS: usize = 1;
-    /// Failed warps and wefts.
-    pub const FAILED: usize = 2;
-    /// Eroded elements.
-    pub const ERODED: usize = 4;
-    /// Unit cells that did not meet the residual.
-    pub const UNCONVERGED: usize = 5;
-    /// Bits of the largest residual.
-    pub const RESIDUAL: usize = 6;
-    /// Nodes that met the projectile when there was no room for them.
-    pub const OVERFLOW: usize = 7;
-    /// Elements computed so far, low and high word.
-    pub const COMPUTED: usize = 8;
-    /// Bits of the largest depth of a node in a neighbouring ply.
-    pub const PLY_DEPTH: usize = 10;
-    /// Points of the projectile's edge that met a ply when there was no room for them.
-    pub const OVERFLOW_EDGES: usize = 11;
-    /// The step after the last one in which an element reached its failure strain: in later ones no piece has to be looked at.
-    pub const AT_LIMIT: usize = 12;
-    /// Active regions of the plies begin here.
-    pub const REACH: usize = 13;
+/// Numbers by name, which the shaders have too.
+macro_rules! numbers {
+    ($($(#[$doc:meta])* $module:ident { $($name:ident = $value:literal),* $(,)? })*) => {$(
+        $(#[$doc])*
+        #[allow(missing_docs, reason = "the shaders document the numbers")]
+        pub mod $module {
+            $(pub const $name: usize = $value;)*
+        }
+    )*};
 }
 
-/// Fields of an element in a slot.
-pub mod cell {
-    /// Three words: yarns alive, 1 warp, 2 weft; heights, in 24 bits each; predictor of the heights.
-    pub const YARNS: usize = 0;
-    /// Viscous forces [N].
-    pub const DRAG: usize = 3;
-    /// Strains that failure is judged by [-].
-    pub const STRAIN: usize = 5;
-    /// Number of fields.
-    pub const CELL_FIELDS: usize = 7;
-    /// Steps of a height to the sum of both.
-    pub const HEIGHT_STEPS: u32 = 0xff_ffff;
-}
+numbers! {
+    /// Words of `status`; active regions of the plies begin at the last.
+    status {
+        BAD_STEP = 0, EVENTS = 1, FAILED = 2, ERODED = 4, UNCONVERGED = 5, RESIDUAL = 6, OVERFLOW = 7, COMPUTED = 8,
+        PLY_DEPTH = 10, OVERFLOW_EDGES = 11, AT_LIMIT = 12, REACH = 13,
+    }
 
-/// Sums of the energy balance. Those of a tile come first.
-pub mod sum {
-    /// Work on the elements since the last sample, up to half a step after the positions [J].
-    pub const WORK: usize = 0;
-    /// Dissipated by shock viscosity since then [J].
-    pub const VISCOUS_WORK: usize = 1;
-    /// Residual evaluations since then.
-    pub const EVALUATIONS: usize = 2;
-    /// Released by failures since then [J].
-    pub const RELEASED: usize = 3;
-    /// Hourglass energy released since then [J].
-    pub const RELEASED_HOURGLASS: usize = 4;
-    /// Made by the unit-cell law itself in cells that failed since then [J].
-    pub const LAW_RELEASED: usize = 5;
-    /// Work on the elements in the half step after the positions [J].
-    pub const HALF_STEP: usize = 6;
-    /// Elastic energy by state functions [J].
-    pub const STORED: usize = 7;
-    /// Hourglass energy [J].
-    pub const HOURGLASS_NOW: usize = 8;
-    /// Energy made by the unit-cell law itself in whole cells [J].
-    pub const LAW_MADE: usize = 9;
-    /// Unit cells solved since the last sample.
-    pub const SOLVED: usize = 10;
-    /// Largest deflection [m].
-    pub const DEFLECTION: usize = 11;
-    /// Largest tension of a yarn [N].
-    pub const TENSION: usize = 12;
-    /// Largest strain of a whole piece of yarn over its failure strain [-].
-    pub const LOAD: usize = 13;
-    /// Sums of a tile.
-    pub const TILE_SUMS: usize = 14;
-    /// ½ m v² [J].
-    pub const KINETIC: usize = 14;
-    /// Largest squared speed [m²/s²].
-    pub const FASTEST: usize = 15;
-    /// Momentum [kg·m/s], three components.
-    pub const MOMENTUM: usize = 16;
-    /// Impulse of the supports since the last sample [N·s], three components.
-    pub const SUPPORT: usize = 19;
-    /// Whole elements ahead of the projectile.
-    pub const COVERED: usize = 22;
-    /// Lost in contact between plies since the last sample [J].
-    pub const PLY_LOSS: usize = 23;
-    /// Part of it lost to friction [J].
-    pub const PLY_FRICTION_WORK: usize = 24;
-    /// Work of moving nodes out of other plies [J].
-    pub const PLY_SEPARATION_WORK: usize = 25;
-    /// Number of sums.
-    pub const SUMS: usize = 26;
+    /// Fields of an element in a slot, and steps of a height to the sum of both.
+    cell { YARNS = 0, DRAG = 3, STRAIN = 5, CELL_FIELDS = 7, HEIGHT_STEPS = 0xff_ffff }
+
+    /// Sums of the energy balance. Those of a tile come first.
+    sum {
+        WORK = 0, VISCOUS_WORK = 1, EVALUATIONS = 2, RELEASED = 3, RELEASED_HOURGLASS = 4, LAW_RELEASED = 5,
+        HALF_STEP = 6, STORED = 7, HOURGLASS_NOW = 8, LAW_MADE = 9, SOLVED = 10, DEFLECTION = 11, TENSION = 12,
+        LOAD = 13, TILE_SUMS = 14, KINETIC = 14, FASTEST = 15, MOMENTUM = 16, SUPPORT = 19, COVERED = 22, PLY_LOSS = 23,
+        PLY_FRICTION_WORK = 24, PLY_SEPARATION_WORK = 25, SUMS = 26,
+    }
 }
 pub use sum::SUMS;
 

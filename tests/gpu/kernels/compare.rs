@@ -115,8 +115,6 @@ struct Pair<'a> {
     /// Nodes that the device must take to have moved.
     reach: Vec<ActiveRegion>,
     failures: Vec<FailureEvent>,
-    /// Kinetic energy that nodes gained or lost by internal forces, without its signs [J].
-    exchanged: f64,
     /// Deepest node inside the projectile, inside a neighbouring ply [m].
     penetration: [f64; 2],
     scales: Scales,
@@ -135,7 +133,6 @@ impl<'a> Pair<'a> {
             expected: scene.state.clone(),
             reach: scene.state.active.clone(),
             failures: Vec::new(),
-            exchanged: 0.0,
             penetration: [0.0; 2],
             scales: Scales::of(scene),
             seen: Seen { worst: Default::default(), hardware: device.is_hardware() },
@@ -149,7 +146,7 @@ impl<'a> Pair<'a> {
         self.cpu = solver::Stepper::with_vectors(model, Vectors::None);
         (self.balance, self.failures) = (EnergyBalance::default(), Vec::new());
         (self.expected, self.reach) = (self.scene.state.clone(), self.scene.state.active.clone());
-        (self.counts, self.penetration, self.exchanged) = ([0.0; 3], [0.0; 2], 0.0);
+        (self.counts, self.penetration) = ([0.0; 3], [0.0; 2]);
     }
 
     /// One step of some stages on both.
@@ -171,13 +168,6 @@ impl<'a> Pair<'a> {
                     self.cpu.elements(&mut context);
                     self.failures.extend(self.cpu.failures.iter().copied());
                     self.cpu.nodes(&mut context);
-                    for place in node_places(model) {
-                        let energy = |state: &State<f32>| {
-                            let (mass, v) = motion(model, state, place);
-                            0.5 * mass * v.norm_squared()
-                        };
-                        self.exchanged += (energy(context.state) - energy(&before)).abs();
-                    }
                 }
                 Stage::Plies => self.cpu.plies(&mut context),
                 Stage::Projectile => self.cpu.projectile(&mut context),

@@ -170,7 +170,7 @@ impl Pair<'_> {
         let Scales { energy, force, length, node_momentum, speed, .. } = self.scales;
         let of_plies = node_momentum * speed;
         // Contact takes the force on a node from the difference of its velocities.
-        let exchanged = self.exchanged + if self.scene.elements { 0.0 } else { of_plies };
+        let exchanged = if self.scene.elements { 0.0 } else { of_plies };
         let lost = add(sums, sum::PLY_LOSS) - add(sums, sum::PLY_FRICTION_WORK);
         let all = [
             // The work that contact between plies adds to that of the membrane has its own sum on the device.
