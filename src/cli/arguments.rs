@@ -174,7 +174,7 @@ pub(crate) struct BatchArguments {
     /// Folder for the results [default: out/<case name>-<command>]
     #[arg(long, short, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
-    /// Go on with what lies in the folder; the results are the same, byte for byte
+    /// Only go on with what lies in the folder, which the same command does anyway; never begin
     #[arg(long)]
     pub(crate) resume: bool,
     #[command(flatten)]
@@ -185,7 +185,7 @@ pub(crate) struct BatchArguments {
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   ripstop shots cases/s720-1ply-155.json --count 40 --velocity 150..220
-  ripstop shots shot.json --count 1000 --velocity 150..250 -o out/limit --resume     # after Ctrl-C, kill or a full disk
+  ripstop shots shot.json --count 1000 --velocity 150..250 -o out/limit     # again after Ctrl-C, kill or a full disk: it goes on
   ripstop shots shot.json --velocity 150..250 -o out/limit --only 17                 # shot 17 alone, with its report
 
 What varies from shot to shot stands in /variability of the case. DIR gets shots.csv, which `ripstop fit` reads, shots.json and shots.html.")]

@@ -112,7 +112,7 @@ pub(crate) fn bench(arguments: &BenchArguments) -> Result<(), CommandFailure> {
         "interrupted": interrupted.load(Ordering::Relaxed),
         "cases": measured,
     });
-    folder.put(&[(FILE, format!("{report:#}\n"))], &[FILE])?;
+    folder.put(&[(FILE, format!("{report:#}\n"))], &[])?;
     let file = || format!("files  {}: {FILE}\n", folder.path().display());
     let texts = || measured.iter().map(text).collect::<String>() + &file();
     terminal::show(&arguments.print, &report, texts)?;

@@ -24,7 +24,7 @@ use super::backend;
 use super::failure::CommandFailure;
 use super::result::{files, notes};
 use super::run::{RunArguments, shoot};
-use super::terminal::{self, Align, TextTable, part};
+use super::terminal::{self, Align, TextTable, part, say};
 
 /// Half the width of the interval over V50 at which thresholds end, and realisations at most, where nothing is asked for.
 const WIDTH: f64 = 0.02;
@@ -174,6 +174,7 @@ impl<'a> Study<'a> {
         let (arguments, out) = (self.arguments, self.out());
         let chosen = backend::choose(&arguments.backend, BackendChoice::Cpu, arguments.precision, &arguments.print)?;
         let folder = Folder::prepare_for(&out, self.files, &[self.case.path.as_path()])?;
+        let goes_on = out.join(self.files[0]).exists();
         terminal::begin_bar(&arguments.print);
         let show = |done: u32, of: u32| terminal::show_count(done, of, units);
         let options = BatchOptions {
@@ -192,6 +193,9 @@ impl<'a> Study<'a> {
         let done = work(&options, &folder);
         terminal::end_bar();
         let (json, report) = done.map_err(|error| failure(error, &out))?;
+        if goes_on {
+            say(&arguments.print, &format!("note: {}: shots that were there are not fired again", out.display()));
+        }
         let names = self.files.iter().copied().chain(["points/"]).filter(|name| out.join(name).exists());
         let names: Vec<&str> = names.collect();
         terminal::show(&arguments.print, &json, || text(&report) + &files(&out, &names))
@@ -204,7 +208,7 @@ fn failure(error: BatchError, folder: &Path) -> CommandFailure {
         BatchError::Refused(error) => error.into(),
         BatchError::Device(error) => CommandFailure::device(&error),
         BatchError::Interrupted => CommandFailure::interrupted(format!(
-            "interrupted; rows so far: {}\n  help: the same command with --resume goes on",
+            "interrupted; rows so far: {}\n  help: the same command goes on",
             folder.display()
         )),
     }

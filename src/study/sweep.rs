@@ -3,13 +3,13 @@
 //! Each point is a batch in a folder of its own; one that has ended is read, not computed again.
 
 use std::collections::BTreeMap;
+use std::iter;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::{fs, iter};
 
 use serde_json::{Map, Value, json};
 
-use super::batch::{self, BatchError, BatchOptions, PLAN, ShotOrder};
+use super::batch::{self, BatchError, BatchOptions, ShotOrder};
 use super::report::{Report, ReportTable, ends, roomy};
 use super::shots::{self, ShotRow, ShotsRequest};
 use super::v50::{self, V50Request};
@@ -157,12 +157,8 @@ pub fn run(
     let factors: Vec<&str> = request.factors.iter().map(|factor| factor.pointer.as_str()).collect();
     let values: Vec<&Vec<String>> = request.points.iter().map(|(values, _)| values).collect();
     let parts = json!({ "over": factors, "points": values, "of": format!("{:?}", request.of) });
-    let points = folder.path().join("points");
-    if !options.resume && points.exists() {
-        fs::remove_dir_all(&points).map_err(|error| CaseError::unwritten(&points, &error))?;
-    }
     batch::begin("sweep", first, options, parts, (folder, FILES))?;
-    let result = Sweep { request, options, folder: &points }.run()?;
+    let result = Sweep { request, options, folder: &folder.path().join("points") }.run()?;
     let page = result.report(request, title).html(&format!("Sweep: {title}"), "sweep.json");
     let texts = [
         ("sweep.json", format!("{:#}\n", result.json(request))),
@@ -206,7 +202,7 @@ impl<'a> Sweep<'a> {
     fn batch(&self, number: usize, files: &[&str]) -> Result<(&'a Case, Folder, BatchOptions<'a>), BatchError> {
         let path = self.folder.join(format!("{number:04}"));
         let folder = Folder::prepare_for(&path, files, &[])?;
-        let options = BatchOptions { resume: path.join(PLAN).is_file(), progress: &|_, _| {}, ..*self.options };
+        let options = BatchOptions { resume: false, progress: &|_, _| {}, ..*self.options };
         Ok((&self.request.points[number].1, folder, options))
     }
 

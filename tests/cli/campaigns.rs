@@ -38,13 +38,18 @@ const SHOTS: &str = "shots shot.json --count 8 --velocity 50..120 -o out";
 
 #[cfg(unix)]
 #[test]
-fn ctrl_c_ends_a_batch_with_what_it_has() {
+fn ctrl_c_ends_a_batch_with_what_it_has_and_what_there_was() {
     let bench = bench();
-    let output =
-        bench.interrupt(&["shots", "shot.json", "--count", "5000", "--velocity", "50..120", "-o", "out"], "out");
+    assert_eq!(code(&typed(&bench, SHOTS)), 0);
+    let finished = ["plan.json", "shots.csv", "shots.html", "shots.json"];
+    let texts = || finished.map(|name| bench.text(&format!("out/{name}")));
+    let before = texts();
+    let longer = SHOTS.replace("--count 8", "--count 5000");
+    let output = bench.interrupt(&longer.split(' ').collect::<Vec<_>>(), "out/shots.csv.partial");
     assert_eq!(code(&output), 130);
-    assert!(stderr(&output).contains("--resume goes on"), "{}", stderr(&output));
-    assert!(bench.path("out/shots.csv.partial").exists() && bench.path("out/plan.json").exists());
+    assert!(stderr(&output).contains("the same command goes on"), "{}", stderr(&output));
+    // What was finished stays until more is.
+    assert!(texts() == before && bench.text("out/shots.csv.partial").lines().count() >= 9);
 }
 
 #[test]
@@ -79,7 +84,8 @@ fn a_limit_has_its_agreed_names() {
     case["pack"] = json!({"width_mm": 7.62, "height_mm": 7.62});
     case["projectile"] = json!({"shape": "sphere", "diameter_mm": 3, "mass_g": 0.05, "velocity_m_s": 120});
     let bench = bench_of(&case);
-    let text = stdout(&typed(&bench, "v50 shot.json --count 3 --refined 1 --bracket 3% -o limit"));
+    let line = "v50 shot.json --count 3 --refined 1 --bracket 3% -o limit";
+    let text = stdout(&typed(&bench, line));
     assert!(bench.path("limit/v50-refined.csv").exists(), "{text}");
     assert!(text.contains("thresholds: 3 of 3") && text.contains("of that: sampling ±"), "{text}");
     let json = bench.json("limit/v50.json");
@@ -87,6 +93,16 @@ fn a_limit_has_its_agreed_names() {
     assert!((60.0..250.0).contains(&v50), "{v50}");
     assert_eq!(json["realisations"], 3);
     assert!(bench.text("limit/v50.html").contains("thresholds of realisations"));
+    // Another V50 would replace it; this one is there.
+    let other = typed(&bench, &line.replace("3%", "2%"));
+    assert!(code(&other) == 2 && stderr(&other).contains("help: give the same case and options"), "{}", stderr(&other));
+    let again = typed(&bench, line);
+    assert_eq!((stdout(&again), bench.json("limit/v50.json")), (text, json));
+    assert_eq!(
+        stderr(&again),
+        "note: limit: shots that were there are not fired again
+"
+    );
 }
 
 #[test]
