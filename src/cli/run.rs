@@ -30,7 +30,7 @@ use super::{backend, result};
   ripstop run shot.json --set '/pack/edges={\"left\":\"free\"}' --json | jq .residual_velocity_m_s
 
 DIR gets report.html (open it in a browser), summary.json, history.csv, events.csv, case.json (the case as run), shot.svg and more. \
-The first Ctrl-C writes them up to that moment, the second ends at once.")]
+Ctrl-C writes them up to that moment; once more, from 5 s later on, ends at once.")]
 pub(crate) struct RunArguments {
     /// Case files, run one after the other
     #[arg(value_name = "CASE.json", required = true)]
