@@ -98,7 +98,7 @@ pub struct Output {
     /// Default: a few hundred rows for a shot.
     #[schemars(rename = "history_interval_us", range(min = 1e-6, max = 1e9), extend("default" = 0.5))]
     pub history_interval: f64,
-    /// Frames for ParaView, evenly from impact to the end of the run.
+    /// Frames for ParaView, evenly from impact to the end of the run; up to twice as many where that comes before end_time_us.
     ///
     /// Default: none asked for.
     #[schemars(range(min = 0, max = 10_000), extend("default" = 0))]

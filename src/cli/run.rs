@@ -61,7 +61,8 @@ pub(crate) struct RunArguments {
     /// Write no report.html
     #[arg(long)]
     pub(crate) no_report: bool,
-    /// Frames for ParaView, evenly from impact to the end of the run, in frames.pvd [default: /output/frames of the case]
+    /// Frames for ParaView, evenly from impact to the end of the run, in frames.pvd; up to twice as many where that comes before
+    /// /solver/end_time_us [default: /output/frames of the case]
     #[arg(long, value_name = "N")]
     pub(crate) frames: Option<u32>,
     /// Simulated µs between checkpoints in DIR, from which `ripstop resume DIR` goes on; Ctrl-C leaves one too, the end of the run none

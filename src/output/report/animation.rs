@@ -14,13 +14,13 @@ use crate::case::Case;
 use crate::model::Model;
 use crate::num::scalar::Scalar;
 use crate::physics::rigid_body::MirrorPlanes;
-use crate::run::frame::{Pose, Schedule, even};
+use crate::run::frame::{Pose, Schedule};
 use crate::run::{Observer, View, attached};
 use crate::solver::failure::yarn_tension;
 use crate::solver::state::State;
 
-/// Keyframes shown at most, the first and the last among them.
-pub(crate) const KEYFRAMES: usize = 61;
+/// Keyframes at least, where a run has as many steps; twice as many at most.
+pub(crate) const KEYFRAMES: usize = 41;
 /// Nodes of a keyframe at most, about.
 const NODES: usize = 5000;
 /// Plies shown at most.
@@ -218,14 +218,6 @@ impl Animation {
         self.planes = model.planes;
         let pack = self.plies.iter().flat_map(|ply| &ply.reference);
         self.body = model.projectile.as_ref().map(|projectile| SurfaceMesh::new(&projectile.body, pack));
-    }
-
-    /// The animation with the keyframes that a page shows, evenly from the first to the last.
-    #[must_use]
-    pub fn shown(&self) -> Self {
-        let times: Vec<f64> = self.keyframes.iter().map(|keyframe| keyframe.time).collect();
-        let keyframes = even(&times, KEYFRAMES).into_iter().map(|at| self.keyframes[at].clone()).collect();
-        Self { keyframes, ..self.clone() }
     }
 
     /// Largest deflection in any keyframe, of fabric that is attached to a support [m].

@@ -29,8 +29,7 @@ const SCRIPT: &str = concat!(include_str!("playback.js"), include_str!("values.j
 
 /// The page. With less than two keyframes it has no playback.
 pub fn report(case: &Case, run: &Run, summary: &Value, animation: &Animation) -> String {
-    let animation = animation.shown();
-    let animation = Some(&animation).filter(|animation| animation.keyframes.len() > 1);
+    let animation = Some(animation).filter(|animation| animation.keyframes.len() > 1);
     let checks = checks(case, run);
     let strikes = case.projectile.is_some();
     let figures: [Option<Figure>; 6] = [
