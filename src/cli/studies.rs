@@ -10,6 +10,7 @@ use ripstop::case::{Case, CaseError};
 use ripstop::output::Folder;
 use ripstop::study::batch::{BatchError, BatchOptions, order_case};
 use ripstop::study::fit;
+use ripstop::study::range_data;
 use ripstop::study::report::{Report, ReportTable};
 use ripstop::study::shots::{self, ShotsRequest};
 use ripstop::study::sweep::{self, Factor, SweepOf, SweepRequest, grid};
@@ -99,8 +100,8 @@ pub(crate) fn sweep(arguments: &SweepArguments) -> Result<(), CommandFailure> {
 
 /// `ripstop fit`: a limit from a table of shots.
 pub(crate) fn fit(arguments: &FitArguments) -> Result<(), CommandFailure> {
-    let rows = fit::read(&arguments.data)?;
-    let found = fit::fit(&rows, arguments.level);
+    let data = range_data::read(&arguments.data, arguments.unit, &arguments.columns)?;
+    let found = fit::fit(&data, arguments.level, arguments.spread);
     let title = arguments.data.display().to_string();
     let (json, report) = (found.json(), found.report(&title));
     let mut printed = text(&report);
@@ -108,7 +109,7 @@ pub(crate) fn fit(arguments: &FitArguments) -> Result<(), CommandFailure> {
         let folder = Folder::prepare_for(out, &FIT_FILES, &[&arguments.data])?;
         let page = report.html(&format!("Ballistic limit: {title}"), "fit.json");
         let texts = [format!("{json:#}\n"), page];
-        folder.put(&FIT_FILES.into_iter().zip(texts).collect::<Vec<_>>(), &FIT_FILES)?;
+        folder.put(&FIT_FILES.into_iter().zip(texts).collect::<Vec<_>>(), &[])?;
         printed += &files(out, &FIT_FILES);
     }
     terminal::show(&arguments.print, &json, || printed)

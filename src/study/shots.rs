@@ -11,7 +11,8 @@ use csv::StringRecord;
 use serde_json::json;
 
 use super::batch::{self, Batch, BatchError, BatchOptions, ShotOrder, notes};
-use super::fit::{Fit, FitRow, fit};
+use super::fit::{Fit, fit};
+use super::range_data::{FitRow, RangeData};
 use super::report::Report;
 use crate::case::{Case, CaseError, Drawn, RANGE_STREAM};
 use crate::num::random::DrawKey;
@@ -129,7 +130,8 @@ pub fn run(
     })?;
     let table = batch.table().text(request.count);
     let rows: Vec<ShotRow> = batch.table().rows(request.count).cloned().collect();
-    let fit = fit(&rows.iter().filter_map(ShotRow::fit_row).collect::<Vec<FitRow>>(), request.level);
+    let data = RangeData { rows: rows.iter().filter_map(ShotRow::fit_row).collect(), ..RangeData::default() };
+    let fit = fit(&data, request.level, None);
     let result = ShotsResult { rows, fit };
     let page = result.report(case).html(&format!("Shots: {}", case.title), "shots.csv");
     let json = format!("{:#}\n", result.fit.json());

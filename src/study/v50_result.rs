@@ -7,6 +7,7 @@ use super::batch::notes;
 pub use super::interval::ThresholdSample;
 use super::interval::{Bounds, student_t};
 use super::limit::{Limit, Passed, QUANTILES, Quantile};
+use super::range_data::VelocityUnit;
 use super::report::{Report, ReportTable, headline, residual_panel, threshold_panel};
 use super::v50::{AS_WOVEN, FoundThreshold, middle};
 use crate::case::{Accuracy, Case, Numerics, case_hash};
@@ -172,14 +173,14 @@ impl V50Result {
         let count = middles.len().max(1) as f64;
         let width = brackets.map(|[low, high]| high - low).sum::<f64>() / count;
         let Some(sample) = ThresholdSample::new(&middles, width) else {
-            result.limit = Limit::new(Vec::new(), None, passed, level);
+            result.limit = Limit::new(VelocityUnit::default(), Vec::new(), passed, level);
             return result;
         };
         // A single threshold of a case in which nothing varies is no sample.
         let chances = if sample.count == 1 { &[0.5][..] } else { &QUANTILES };
         let quantile =
             |p: &f64| Quantile { p: *p, value: Some(sample.quantile(*p)), bounds: sample.interval(*p, level) };
-        result.limit = Limit::new(chances.iter().map(quantile).collect(), None, passed, level);
+        result.limit = Limit::new(VelocityUnit::default(), chances.iter().map(quantile).collect(), passed, level);
         // The middle of a bracket is off by half of it at most; the mean of many by less.
         let refined = result.refinement.map_or(0.0, |refinement| 1.0 / refinement.count as f64);
         let bracket = 0.5 * width * (1.0 / count + refined).sqrt();
@@ -351,7 +352,7 @@ impl V50Result {
             let limit = format!("ballistic limit {} m/s, numerical error: {low} to {high} m/s", short(v50, 4));
             return vec![limit, format!("of that: mesh and time step {numerical}, bracket {bracket}"), over_measured()];
         }
-        let mut lines = vec![headline(v50, level, self.bounds.words())];
+        let mut lines = vec![headline(v50, self.limit.unit, level, self.bounds.words())];
         lines.extend(self.sigma.map(|sigma| format!("σ {} m/s", short(sigma, 3))));
         lines.push(format!("of that: sampling {sampling}, mesh and time step {numerical}, brackets {bracket}"));
         lines.push(over_measured());

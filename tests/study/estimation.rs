@@ -5,6 +5,7 @@ use ripstop::num::random::DrawKey;
 use ripstop::study::binary_response::{self as binary, Estimate, Group, Outcomes, fit};
 use ripstop::study::interval::{Bounds, interval};
 use ripstop::study::limit::{Passed, ResidualModel, arithmetic_v50, residual_fit};
+use ripstop::study::range_data::VelocityUnit;
 
 use super::{GONOGO, NEYER, WU_TIAN, holds, near, outcomes};
 
@@ -183,7 +184,7 @@ fn at_an_end_the_likelihood_has_fallen_by_half_of_chi_square() {
 /// Lowest perforations and highest stops. A published set of 3 + 3 has the mean 1241.5 and the spread 478: its extremes are kept here.
 #[test]
 fn the_arithmetic_v50_takes_equally_many_close_perforations_and_stops() {
-    let by = |text: &str, rule: usize| arithmetic_v50(&outcomes(text))[rule].clone();
+    let by = |text: &str, rule: usize| arithmetic_v50(&outcomes(text), VelocityUnit::default(), None)[rule].clone();
     let text = "480/0 500/0 505/0 512/0 508/1 515/1 520/1 560/1";
     let found = by(text, 1);
     assert_eq!((found.rule.as_str(), found.standard), ("3 + 3 within 38 m/s", "MIL-STD-662F"));
