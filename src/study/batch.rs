@@ -3,10 +3,10 @@
 //! A shot is a function of case, seed, number and velocity; it does not depend on which others run. Its row is on the disk before the
 //! next one begins, and a row that is there is not computed again.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
-use std::panic::resume_unwind;
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::{fs, slice, thread};
 
@@ -404,26 +404,20 @@ pub(super) fn in_threads<T: Send, E: Send>(
     numbers: Range<usize>,
     work: impl Fn(usize) -> Result<T, E> + Sync,
 ) -> Result<Vec<T>, E> {
-    let (next, failed) = (AtomicUsize::new(numbers.start), AtomicBool::new(false));
+    let threads = threads.min(numbers.len());
+    let (waiting, done) = (Mutex::new(numbers), Mutex::new(BTreeMap::new()));
     let worker = || {
-        let mut done = Vec::new();
-        while !failed.load(Ordering::Relaxed) {
-            let number = next.fetch_add(1, Ordering::Relaxed);
-            if number >= numbers.end {
-                break;
-            }
+        loop {
+            let Some(number) = locked(&waiting).next() else { break };
             let result = work(number);
-            failed.fetch_or(result.is_err(), Ordering::Relaxed);
-            done.push((number, result));
+            if result.is_err() {
+                *locked(&waiting) = 0..0;
+            }
+            locked(&done).insert(number, result);
         }
-        done
     };
-    let mut done: Vec<(usize, Result<T, E>)> = thread::scope(|scope| {
-        let workers: Vec<_> = (0..threads.min(numbers.len())).map(|_| scope.spawn(worker)).collect();
-        workers.into_iter().flat_map(|worker| worker.join().unwrap_or_else(|panic| resume_unwind(panic))).collect()
-    });
-    done.sort_by_key(|(number, _)| *number);
-    done.into_iter().map(|(_, result)| result).collect()
+    thread::scope(|scope| (0..threads).for_each(|_| drop(scope.spawn(worker))));
+    done.into_inner().unwrap_or_else(PoisonError::into_inner).into_values().collect()
 }
 
 /// Access to a value, also after a panic elsewhere.

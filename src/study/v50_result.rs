@@ -49,12 +49,9 @@ pub struct Refinement {
 impl Refinement {
     /// Refinement from pairs of thresholds, on the mesh of the case and on the finer one, in one unit; `None` without a pair.
     pub fn new(pairs: &[[f64; 2]]) -> Option<Self> {
-        let count = pairs.len() as f64;
-        let ratios = || pairs.iter().map(|[coarse, fine]| fine / coarse);
-        let ratio = ratios().sum::<f64>() / count;
-        let squares: f64 = ratios().map(|each| (each - ratio).powi(2)).sum();
-        let sigma = if pairs.len() > 1 { (squares / (count - 1.0)).sqrt() } else { 0.0 };
-        (!pairs.is_empty()).then_some(Self { count: pairs.len(), ratio, sigma })
+        let ratios: Vec<f64> = pairs.iter().map(|[coarse, fine]| fine / coarse).collect();
+        let ThresholdSample { count, mean, sigma } = ThresholdSample::new(&ratios, 0.0)?;
+        Some(Self { count, ratio: mean, sigma })
     }
 
     /// Factor of limits on the mesh of the case [-].
