@@ -7,18 +7,20 @@ use serde_json::{Value, json};
 use super::error::{number_text, percent, quote, short_number_text, text_of};
 use super::keys::choices;
 use super::provenance::Provenance;
-use super::{Along, Case, CaseError, Motion, Origin};
+use super::{Along, Case, CaseError, Motion, Origin, Projectile};
 
 /// Coefficient of the shock viscosity.
 const VISCOSITY: f64 = 0.3;
 /// Coefficient of the shock viscosity where a bar strikes. The pulse that its kink sends out at the start runs on along the strip, where that
 /// of a round body spreads over a ply: with 0.3 it stands 30 % above the exact tension. The step is a third shorter.
 const VISCOSITY_ALONG_A_BAR: f64 = 0.8;
-/// A shot whose case names no end and whose outcome is not known ends here [s].
-const LONGEST: f64 = 1e-3;
-/// End of such a shot where no ply spans between two clamped sides [s]. What nothing holds stops the projectile when all of it moves: 150 mm at
+/// A shot whose case names no end and whose outcome is not known ends here at the earliest [s].
+const EARLIEST: f64 = 1e-3;
+/// The same where no ply spans between two clamped sides [s]. What nothing holds stops the projectile when all of it moves: 150 mm at
 /// 50 m/s take 5.2 ms. What one side holds swings first: 100 mm at 120 m/s take 2.5 ms.
-const LONGEST_LOOSE: f64 = 8e-3;
+const EARLIEST_LOOSE: f64 = 8e-3;
+/// And at the latest [s]: the history of longer runs would fill the memory.
+const LATEST: f64 = 256e-3;
 /// Length along a yarn over which its failure is judged [mm]; assumed.
 const FAILURE_LENGTH: f64 = 0.9;
 
@@ -28,7 +30,8 @@ const FAILURE_LENGTH: f64 = 0.9;
 pub struct Solver {
     /// End of the run. Needed where nothing flies freely into the pack, or run_until is "end_time" [s].
     ///
-    /// Otherwise: when the outcome is known, after 1000 µs at the latest, 8000 µs where no two opposite sides are clamped.
+    /// Otherwise: when the outcome is known, at the latest after 1000, 2000, 4000 … 256000 µs (from 8000 on where no two opposite sides are
+    /// clamped): twice the time that the impact velocity takes to where the pack breaks, and through it.
     #[serde(default)]
     #[schemars(rename = "end_time_us", range(min = 1e-6, max = 1e9))]
     pub end_time: f64,
@@ -191,9 +194,33 @@ impl Case {
             let error = CaseError::at(at, "the end of the run", "nothing");
             return Err(error.help("no outcome ends this run: it has no free projectile, or run_until is \"end_time\""));
         }
-        let longest = if self.layers().iter().any(|layer| layer.edges.span()) { LONGEST } else { LONGEST_LOOSE };
-        record.fill(at, &mut self.solver.end_time, longest, "", false);
+        if let Some(projectile) = &self.projectile {
+            let latest = self.latest_end(projectile);
+            record.fill(at, &mut self.solver.end_time, latest, "", false);
+        }
         Ok(())
+    }
+
+    /// Time by which a shot should be decided [s]: a power of two of the earliest, so that shots of a batch at about one velocity share it.
+    fn latest_end(&self, projectile: &Projectile) -> f64 {
+        let layers = self.layers();
+        let (spans, half) =
+            (layers.iter().any(|layer| layer.edges.span()), 0.5 * self.pack.width.max(self.pack.height));
+        let (mut strain, mut slowness) = (0.0_f64, 0.0_f64);
+        for fabric in layers.iter().map(|layer| &layer.fabric) {
+            for yarn in [&fabric.warp, &fabric.weft].into_iter().filter(|yarn| yarn.present) {
+                strain = strain.max(yarn.failure_strain);
+                slowness = slowness.max((fabric.fibre_density / yarn.modulus).sqrt());
+            }
+        }
+        // A pack that spans is a cone at its failure strain; another goes along as far as it is wide.
+        let depth = if spans { half * (strain * (2.0 + strain)).sqrt() } else { 2.0 * half };
+        let to_clamps_and_back = 2.0 * half * slowness;
+        let [diameter, length] = projectile.shape.sizes();
+        let way = projectile.standoff + depth + diameter.max(length);
+        let time = 2.0 * (way / (projectile.velocity * projectile.obliquity.cos()) + to_clamps_and_back);
+        let earliest = if spans { EARLIEST } else { EARLIEST_LOOSE };
+        (earliest * (time / earliest).log2().ceil().max(0.0).exp2()).min(LATEST)
     }
 }
 

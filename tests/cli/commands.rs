@@ -61,7 +61,9 @@ fn check_prints_every_field_and_what_follows_and_refuses_bad_cases() {
         assert!(text.contains(&field.pointer) && text.contains(&field.value), "{}", field.pointer);
     }
     let mirrored = "a quarter, mirrored at x = 0 and y = 0";
-    for part in ["critical time step", "set by:", "steps", "element-steps", "memory", "elements", "576", mirrored] {
+    for part in
+        ["critical time step", "set by:", "steps", "element-steps", "run time", "memory", "elements", "576", mirrored]
+    {
         assert!(text.contains(part), "{part} in\n{text}");
     }
     assert_eq!(bench.names("."), ["shot.json"]);
