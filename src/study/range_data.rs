@@ -6,7 +6,7 @@
 use std::fs;
 use std::path::Path;
 
-use csv::{ReaderBuilder, StringRecord, Trim};
+use csv::{Reader, ReaderBuilder, StringRecord, Trim};
 
 use crate::case::CaseError;
 
@@ -30,27 +30,21 @@ const MARKS: [&[&str]; 2] = [
 const PASSED: &str = "1, CP, yes or perforated where the projectile passed, 0, PP, no or stopped where it was stopped";
 /// Cells that say nothing.
 const NOTHING: [&str; 5] = ["", "na", "n/a", "-", "null"];
-/// Ends of column names that are a unit.
-const UNITS: [(&str, VelocityUnit); 7] = [
-    (" m s", VelocityUnit::MetresPerSecond),
-    (" m s 1", VelocityUnit::MetresPerSecond),
-    (" mps", VelocityUnit::MetresPerSecond),
-    (" ft s", VelocityUnit::FeetPerSecond),
-    (" ft s 1", VelocityUnit::FeetPerSecond),
-    (" ft sec", VelocityUnit::FeetPerSecond),
-    (" fps", VelocityUnit::FeetPerSecond),
+/// Ends of column names that are a unit, by unit.
+const UNITS: [(VelocityUnit, &[&str]); 2] = [
+    (VelocityUnit::MetresPerSecond, &[" m s", " m s 1", " mps"]),
+    (VelocityUnit::FeetPerSecond, &[" ft s", " ft s 1", " ft sec", " fps"]),
 ];
 
 /// Unit of velocities.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum VelocityUnit {
     /// Metres per second.
     #[default]
-    #[cfg_attr(feature = "cli", value(name = "m/s"))]
+    #[value(name = "m/s")]
     MetresPerSecond,
     /// Feet per second.
-    #[cfg_attr(feature = "cli", value(name = "ft/s"))]
+    #[value(name = "ft/s")]
     FeetPerSecond,
 }
 
@@ -67,8 +61,7 @@ impl VelocityUnit {
 }
 
 /// Kind of a column.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum ColumnKind {
     /// Impact velocity.
     Velocity,
@@ -118,41 +111,34 @@ pub fn read(path: &Path, unit: Option<VelocityUnit>, columns: &[(ColumnKind, Str
     let heading = text.lines().find(|line| !line.trim().is_empty() && !line.starts_with('#')).unwrap_or_default();
     let separator = [b';', b'\t'].into_iter().find(|sign| heading.contains(char::from(*sign))).unwrap_or(b',');
     let mut reader = ReaderBuilder::new();
-    reader.has_headers(false).comment(Some(b'#')).delimiter(separator).trim(Trim::All);
+    reader.comment(Some(b'#')).delimiter(separator).trim(Trim::All);
     let mut reader = reader.from_reader(text.as_bytes());
-    let (mut record, mut table) = (StringRecord::new(), None::<Table>);
-    let mut data = RangeData::default();
     let unreadable = |error: csv::Error| {
         let found = error.to_string().replace("CSV error: ", "");
         wrong("", "as many cells on every line as in the heading", found)
     };
+    let heading = reader.headers().map_err(unreadable)?.clone();
+    let line = |reader: &Reader<&[u8]>| format!("line {}", reader.position().line() - 1);
+    let table = Table::new(&heading, unit, columns, separator == b';').map_err(|expected| {
+        let names = heading.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ");
+        wrong(&line(&reader), &expected, names)
+    })?;
+    let mut data = RangeData { unit: table.unit, ..RangeData::default() };
+    let mut record = StringRecord::new();
     while reader.read_record(&mut record).map_err(unreadable)? {
-        let line = format!("line {}", reader.position().line() - 1);
-        let Some(table) = &table else {
-            let new = Table::new(&record, unit, columns, separator == b';').map_err(|expected| {
-                let names = record.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ");
-                wrong(&line, &expected, names)
-            })?;
-            data.unit = new.unit;
-            table = Some(new);
-            continue;
-        };
         let row = table.row(&record).map_err(|(kind, expected)| {
-            let [name, cell] = [&table.heading, &record].map(|of| table.cell(of, kind));
-            wrong(&format!("{line}, column {name}"), &expected, format!("{cell:?}"))
+            let [name, cell] = [&heading, &record].map(|of| table.cell(of, kind));
+            wrong(&format!("{}, column {name}", line(&reader)), &expected, format!("{cell:?}"))
         })?;
         data.left_out += usize::from(row.is_none());
         data.rows.extend(row);
     }
-    match data.rows.iter().any(|row| row.count > 0) {
-        true => Ok(data),
-        false => Err(wrong("", "a heading and lines of shots", "no shot".to_owned())),
-    }
+    let is_empty = data.rows.iter().all(|row| row.count == 0);
+    if is_empty { Err(wrong("", "lines of shots below a heading", "no shot".to_owned())) } else { Ok(data) }
 }
 
 /// Meaning of the columns of a table.
 struct Table {
-    heading: StringRecord,
     /// Places of the columns by their kind.
     places: [Option<usize>; 4],
     unit: VelocityUnit,
@@ -192,7 +178,7 @@ impl Table {
         };
         let of_residual = residual.and_then(|place| names[place].1).unwrap_or(unit);
         let residual_factor = of_residual.size() / unit.size();
-        Ok(Self { heading: heading.clone(), places, unit, residual_factor, has_decimal_comma })
+        Ok(Self { places, unit, residual_factor, has_decimal_comma })
     }
 
     /// Cell of a column; empty where there is none.
@@ -227,18 +213,15 @@ impl Table {
             None => residual.filter(|_| !has_outcome).map(|residual| residual > 0.0),
         };
         let (Some(velocity), Some(perforated)) = (velocity, perforated) else { return Ok(None) };
-        let (is_right, expected) = match perforated {
-            true => (
-                residual.is_none_or(|residual| (0.0..=velocity).contains(&residual)),
-                format!("a residual velocity from 0 to the impact velocity, {velocity} {symbol}, or nothing"),
-            ),
-            false => (
-                !has_outcome || residual.is_none_or(|residual| residual == 0.0),
-                "0 or nothing, for the shot was stopped".to_owned(),
-            ),
-        };
-        let row = FitRow { velocity, perforated, count, residual: residual.filter(|_| perforated) };
-        if is_right { Ok(Some(row)) } else { Err((ColumnKind::Residual, expected)) }
+        let upto = format!("a residual velocity from 0 to the impact velocity, {velocity} {symbol}, or nothing");
+        let (most, expected) =
+            if perforated { (velocity, &*upto) } else { (0.0, "0 or nothing, for the shot was stopped") };
+        if has_outcome && residual.is_some_and(|residual| !(0.0..=most).contains(&residual))
+            || residual > Some(velocity)
+        {
+            return Err((ColumnKind::Residual, expected.to_owned()));
+        }
+        Ok(Some(FitRow { velocity, perforated, count, residual: residual.filter(|_| perforated) }))
     }
 }
 
@@ -246,8 +229,9 @@ impl Table {
 fn name_and_unit(name: &str) -> (String, Option<VelocityUnit>) {
     let name = name.to_lowercase().replace(|c: char| !c.is_alphanumeric(), " ");
     let name = name.split_whitespace().collect::<Vec<_>>().join(" ");
-    let unit = UNITS.iter().find_map(|(end, unit)| Some((name.strip_suffix(end)?, Some(*unit))));
-    let (stem, unit) = unit.unwrap_or((&name, None));
+    let ends = UNITS.iter().flat_map(|(unit, ends)| ends.iter().map(move |end| (end, *unit)));
+    let mut found = ends.filter_map(|(end, unit)| Some((name.strip_suffix(end)?, Some(unit))));
+    let (stem, unit) = found.next().unwrap_or((&name, None));
     (stem.replace(' ', ""), unit)
 }
 
