@@ -124,8 +124,6 @@ pub struct Estimate {
     pub sigma: f64,
     /// Logarithm of the likelihood, each shot by itself, without a penalty.
     pub log_likelihood: f64,
-    /// Covariance of (μ, σ): inverse of the expected information.
-    pub covariance: [[f64; 2]; 2],
     /// Whether it is the maximum with Firth's penalty, for there is no overlap, and not that of the likelihood.
     pub firth: bool,
 }
@@ -145,13 +143,6 @@ impl Estimate {
     pub fn probability(&self, velocity: f64) -> f64 {
         normal::probability((velocity - self.mu) / self.sigma)
     }
-
-    /// Standard error of [`Estimate::velocity`], from the expected information.
-    pub fn standard_error(&self, p: f64) -> f64 {
-        let z = normal::quantile(p);
-        let [[mu, both], [_, sigma]] = self.covariance;
-        (mu + z * (2.0 * both + z * sigma)).sqrt()
-    }
 }
 
 /// Fit of μ and σ.
@@ -167,8 +158,7 @@ pub fn fit(outcomes: &Outcomes) -> Result<Estimate, &'static str> {
         return Err(INVERTED);
     }
     let (mu, sigma) = (problem.centre - line.x / line.y * problem.scale, problem.scale / line.y);
-    let covariance = inverse(information(outcomes, mu, sigma)).ok_or(UNSETTLED)?.map(|c| c * sigma * sigma).into();
-    Ok(Estimate { mu, sigma, log_likelihood: problem.log_likelihood(line), covariance, firth })
+    Ok(Estimate { mu, sigma, log_likelihood: problem.log_likelihood(line), firth })
 }
 
 /// Refusal of shots that no method can mend.
@@ -183,15 +173,6 @@ fn refuse(outcomes: &Outcomes) -> Result<(), &'static str> {
         _ if perforations <= stops => Err(INVERTED),
         _ => Ok(()),
     }
-}
-
-/// Expected information on (μ, σ) times σ²: Σ w \[1 z; z z²\].
-fn information(outcomes: &Outcomes, mu: f64, sigma: f64) -> Matrix2<f64> {
-    let of = |group: &Group| {
-        let z = (group.velocity - mu) / sigma;
-        moments(group.count() as f64 * normal::information(z), z)
-    };
-    outcomes.groups().iter().map(of).sum()
 }
 
 /// w \[1 z; z z²\].

@@ -76,7 +76,9 @@ impl ProfileLikelihood {
             let penalty = estimate.firth;
             let height = if penalty { problem.penalised(line) } else { problem.log_likelihood(line) };
             let inside = (estimate.velocity(p) - centre) / scale;
-            return Some(profile(problem, penalty, height - below, inside, estimate.standard_error(p) / scale));
+            // About the standard error of V50.
+            let step = estimate.sigma / (scale * (outcomes.counts().iter().sum::<u64>() as f64).sqrt());
+            return Some(profile(problem, penalty, height - below, inside, step));
         }
         // A step beyond all shots explains one outcome without a rest.
         let [low, high] = [problem.points.first()?.u, problem.points.last()?.u];
