@@ -15,8 +15,6 @@ const STEPS: usize = 500;
 const CLOSE: f64 = 1e-10;
 /// Newton decrement of steps that move no digit.
 const NOTHING: f64 = 1e-28;
-/// Step of the differences that give the curvature of the penalty.
-const DIFFERENCE: f64 = 1e-4;
 /// Share of a step that must lead upwards.
 const SHORTEST: f64 = 1e-9;
 
@@ -82,11 +80,6 @@ impl Outcomes {
     pub fn counts(&self) -> [u64; 2] {
         let sum = |of: fn(&Group) -> u64| self.groups.iter().map(of).sum();
         [sum(|group| group.perforated), sum(|group| group.stopped)]
-    }
-
-    /// Velocities of the slowest and the fastest shot; NaN where there is none.
-    pub fn range(&self) -> [f64; 2] {
-        [self.groups.first(), self.groups.last()].map(|group| group.map_or(f64::NAN, |group| group.velocity))
     }
 
     /// Velocity of the slowest perforation.
@@ -231,9 +224,9 @@ impl Problem {
         self.points.iter().map(term).sum()
     }
 
-    /// Logarithm of the likelihood with Firth's penalty.
-    pub(super) fn penalised(&self, line: LinearPredictor) -> f64 {
-        self.log_likelihood(line) + 0.5 * self.information(line).determinant().ln()
+    /// Logarithm of the likelihood, with Firth's penalty if wanted.
+    pub(super) fn height(&self, line: LinearPredictor, penalty: bool) -> f64 {
+        self.log_likelihood(line) + if penalty { 0.5 * self.information(line).determinant().ln() } else { 0.0 }
     }
 
     /// Expected information on (α, β).
@@ -261,38 +254,23 @@ impl Problem {
         Some(self.points.iter().map(of).sum())
     }
 
-    /// Second derivatives, their sign turned. Those of the penalty are differences of its gradient.
-    fn curvature(&self, line: LinearPredictor, penalty: bool) -> Option<Matrix2<f64>> {
-        if penalty {
-            let row = |move_by: Vector2<f64>| {
-                let at = |sign: f64| self.gradient(line + sign * move_by, penalty);
-                Some(((at(-1.0)? - at(1.0)?) / (2.0 * DIFFERENCE)).transpose())
-            };
-            return Some(Matrix2::from_rows(&[row(DIFFERENCE * Vector2::x())?, row(DIFFERENCE * Vector2::y())?]));
-        }
-        let sides = |point: &StandardizedShots| {
-            let eta = line.x + line.y * point.u;
-            [(point.perforated, eta, point.u), (point.stopped, -eta, point.u)]
-        };
-        let shots = self.points.iter().flat_map(sides).filter(|(count, ..)| *count > 0.0);
-        Some(shots.map(|(count, eta, u)| moments(count * (normal::slope(eta) * (normal::slope(eta) + eta)), u)).sum())
-    }
-
-    /// Newton's method, or Fisher scoring where the curvature is no bowl. Each step is halved until it leads upwards; close to the maximum,
-    /// where heights no longer differ, it is taken as it is for as long as steps get shorter.
+    /// Fisher scoring. Each step is halved until it leads upwards; close to the maximum, where heights no longer differ, it is taken as it is
+    /// for as long as steps get shorter.
     fn maximise(&self, penalty: bool) -> Result<LinearPredictor, &'static str> {
-        let objective = |line: LinearPredictor| if penalty { self.penalised(line) } else { self.log_likelihood(line) };
         let mut line = LinearPredictor::new(0.0, 1.0);
         let mut last = f64::INFINITY;
         for _ in 0..STEPS {
-            let (step, decrement) = self.step(line, penalty).ok_or(UNSETTLED)?;
+            let gradient = self.gradient(line, penalty).ok_or(UNSETTLED)?;
+            let step = inverse(self.information(line)).ok_or(UNSETTLED)? * gradient;
+            // Twice the rise that the step promises.
+            let decrement = step.dot(&gradient);
             let close = decrement < CLOSE;
             if decrement < NOTHING || (close && decrement >= last) {
                 return Ok(line);
             }
             last = decrement;
-            let (mut share, height) = (1.0, objective(line));
-            while !close && objective(line + share * step) < height {
+            let (mut share, height) = (1.0, self.height(line, penalty));
+            while !close && self.height(line + share * step, penalty) < height {
                 share *= 0.5;
                 if share < SHORTEST {
                     return Err(UNSETTLED);
@@ -301,13 +279,5 @@ impl Problem {
             line += share * step;
         }
         Err(UNSETTLED)
-    }
-
-    /// Step of the search, and twice the rise that it promises.
-    fn step(&self, line: LinearPredictor, penalty: bool) -> Option<(Vector2<f64>, f64)> {
-        let gradient = self.gradient(line, penalty)?;
-        let curvature = self.curvature(line, penalty).filter(|m| m.m11 > 0.0 && m.determinant() > 0.0);
-        let step = inverse(curvature.unwrap_or_else(|| self.information(line)))? * gradient;
-        Some((step, step.dot(&gradient)))
     }
 }

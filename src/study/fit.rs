@@ -43,10 +43,8 @@ pub fn fit(data: &RangeData, level: f64, spread: Option<f64>) -> Fit {
         let bounds = interval(&outcomes, found, p, level);
         Quantile { p, value: found.map(|found| found.velocity(p)), bounds }
     };
-    let limit = Limit {
-        arithmetic: arithmetic_v50(&outcomes, data.unit, spread),
-        ..Limit::new(data.unit, QUANTILES.map(quantile).to_vec(), passed(&data.rows), level)
-    };
+    let mut limit = Limit::new(data.unit, QUANTILES.map(quantile).to_vec(), passed(&data.rows), level);
+    limit.arithmetic = arithmetic_v50(&outcomes, data.unit, spread);
     Fit { level, estimate, limit, outcomes, left_out: data.left_out }
 }
 
@@ -95,7 +93,6 @@ impl Fit {
                     .to_owned(),
             );
         }
-        notes.extend(self.limit.note());
         if self.left_out > 0 {
             notes.push(format!("lines without a velocity or an outcome: {}, left out", self.left_out));
         }

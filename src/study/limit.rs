@@ -126,15 +126,6 @@ impl Limit {
                 .rows(self.fitted().map(curve), &curves_foot.join("\n")),
         ]
     }
-
-    /// Note on a fit that lies at an end of what is tried.
-    pub(super) fn note(&self) -> Option<String> {
-        let at_end = |found: &&ResidualFit| {
-            found.curve == ResidualModel::LambertJonas && !(1.001..9.99).contains(&found.exponent)
-        };
-        let exponent = short(self.fitted().find(at_end)?.exponent, 3);
-        Some(format!("Lambert-Jonas: p = {exponent} is an end of what is tried"))
-    }
 }
 
 /// Rules in use: standard, number of perforations and of stops, and largest less smallest velocity of all of them at most, in m/s and in ft/s.

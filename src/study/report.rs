@@ -145,7 +145,7 @@ fn chance_plot(range: [f64; 2], unit: VelocityUnit) -> Plot {
 pub(super) fn chance_panel(fit: &Fit) -> Figure {
     let quantiles = &fit.limit.quantiles;
     let values = quantiles.iter().filter_map(|quantile| quantile.value);
-    let range = roomy(ends(values.chain(fit.outcomes.range())), 0.2, 1e-3);
+    let range = roomy(ends(values.chain(fit.outcomes.groups().iter().map(|group| group.velocity))), 0.2, 1e-3);
     let mut plot = chance_plot(range, fit.limit.unit);
     for quantile in quantiles.iter().filter(|quantile| quantile.value.is_some()) {
         let ends = [quantile.bounds.low.unwrap_or(range[0]), quantile.bounds.high.unwrap_or(range[1])];
