@@ -1,13 +1,13 @@
 //! Numerical choices, output, and statements about the result.
 
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use super::error::{number_text, percent, quote, short_number_text, text_of};
 use super::keys::choices;
 use super::provenance::Provenance;
-use super::{Along, Case, CaseError, Motion, Origin, Projectile};
+use super::{Along, Case, CaseError, Motion, Origin, Projectile, critical_step};
 
 /// Coefficient of the shock viscosity.
 const VISCOSITY: f64 = 0.3;
@@ -204,21 +204,20 @@ impl Case {
     /// Time by which a shot should be decided [s]: a power of two of the earliest, so that shots of a batch at about one velocity share it.
     fn latest_end(&self, projectile: &Projectile) -> f64 {
         let layers = self.layers();
-        let (spans, half) =
-            (layers.iter().any(|layer| layer.edges.span()), 0.5 * self.pack.width.max(self.pack.height));
-        let (mut strain, mut slowness) = (0.0_f64, 0.0_f64);
-        for fabric in layers.iter().map(|layer| &layer.fabric) {
-            for yarn in [&fabric.warp, &fabric.weft].into_iter().filter(|yarn| yarn.present) {
-                strain = strain.max(yarn.failure_strain);
-                slowness = slowness.max((fabric.fibre_density / yarn.modulus).sqrt());
-            }
-        }
+        let spans = layers.iter().any(|layer| layer.edges.span());
+        let half = 0.5 * self.pack.width.max(self.pack.height);
+        let yarns =
+            layers.iter().flat_map(|layer| [&layer.fabric.warp, &layer.fabric.weft]).filter(|yarn| yarn.present);
+        let strain = yarns.map(|yarn| yarn.failure_strain).fold(0.0, f64::max);
         // A pack that spans is a cone at its failure strain; another goes along as far as it is wide.
         let depth = if spans { half * (strain * (2.0 + strain)).sqrt() } else { 2.0 * half };
-        let to_clamps_and_back = 2.0 * half * slowness;
+        // A wave goes through as many elements to the clamps and back.
+        let wave =
+            layers.iter().map(|layer| critical_step(layer) * layer.mesh.count[0].max(layer.mesh.count[1]) as f64);
+        let wave = wave.fold(0.0, f64::max);
         let [diameter, length] = projectile.shape.sizes();
         let way = projectile.standoff + depth + diameter.max(length);
-        let time = 2.0 * (way / (projectile.velocity * projectile.obliquity.cos()) + to_clamps_and_back);
+        let time = 2.0 * (way / (projectile.velocity * projectile.obliquity.cos()) + wave);
         let earliest = if spans { EARLIEST } else { EARLIEST_LOOSE };
         (earliest * (time / earliest).log2().ceil().max(0.0).exp2()).min(LATEST)
     }
@@ -260,7 +259,8 @@ pub struct Expect {
 }
 
 /// Expected word, value or range.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
 #[non_exhaustive]
 pub enum Bound {
     /// A word, e.g. an outcome.
@@ -319,17 +319,13 @@ enum Tolerance {
 impl BoundKeys {
     fn bound(&self, at: &str) -> Result<Bound, CaseError> {
         let is_ranged = self.min.is_some() || self.max.is_some();
-        let given = match &self.tolerance {
-            Some(Tolerance::Absolute(number)) => number_text(*number),
-            Some(Tolerance::Percent(text)) => quote(text),
-            None => "nothing".to_owned(),
-        };
+        let given = if self.tolerance.is_some() { "one" } else { "nothing" };
         let (key, expected, found) = match (&self.value, &self.tolerance) {
             (Some(_), _) if is_ranged => ("/value", "either \"value\" or \"min\" and \"max\"", "both"),
             (Some(NumberOrWord::Word(word)), None) => return Ok(Bound::Word(word.clone())),
-            (Some(NumberOrWord::Word(_)), Some(_)) => ("/tolerance", "no tolerance with a word as value", &*given),
+            (Some(NumberOrWord::Word(_)), Some(_)) => ("/tolerance", "no tolerance with a word as value", given),
             (Some(NumberOrWord::Number(_)), None) => {
-                ("/tolerance", "a tolerance with a number as value, absolute or like \"1%\"", &*given)
+                ("/tolerance", "a tolerance with a number as value, absolute or like \"1%\"", given)
             }
             (&Some(NumberOrWord::Number(value)), Some(Tolerance::Absolute(tolerance))) => {
                 return Ok(Bound::Value { value, tolerance: *tolerance });
@@ -337,7 +333,7 @@ impl BoundKeys {
             (&Some(NumberOrWord::Number(value)), Some(Tolerance::Percent(text))) => {
                 return Ok(Bound::Value { value, tolerance: percent(text).unwrap_or_default() * value.abs() });
             }
-            (None, Some(_)) => ("/tolerance", "no tolerance without \"value\"", &*given),
+            (None, Some(_)) => ("/tolerance", "no tolerance without \"value\"", given),
             (None, None) if !is_ranged => ("", "\"value\", \"min\" or \"max\"", "none of them"),
             (None, None) => {
                 let (min, max) = (self.min.unwrap_or(f64::NEG_INFINITY), self.max.unwrap_or(f64::INFINITY));
