@@ -286,7 +286,7 @@ pub(crate) struct FitArguments {
     #[arg(long = "column", value_name = "KIND=NAME", value_parser = column)]
     pub(crate) columns: Vec<(ColumnKind, String)>,
     /// Largest spread of a further arithmetic V50, in the unit of the velocities [default: those of standards alone]
-    #[arg(long, value_name = "VELOCITY", value_parser = spread, allow_hyphen_values = true)]
+    #[arg(long, value_name = "VELOCITY", value_parser = above_zero, allow_hyphen_values = true)]
     pub(crate) spread: Option<f64>,
     /// Two-sided confidence of the intervals, such as 0.9 or 95%
     #[arg(long, value_name = "LEVEL", value_parser = level, default_value = "0.9", allow_hyphen_values = true)]
@@ -326,11 +326,6 @@ fn percent(text: &str) -> Result<f64, String> {
     number(text.trim().trim_end_matches('%'), expected, fits).map(|percent| percent / 100.0)
 }
 
-/// A velocity above 0.
-fn spread(text: &str) -> Result<f64, String> {
-    number(text, "a velocity above 0", |spread| spread > 0.0 && spread.is_finite())
-}
-
 /// Kind of a column, and its heading.
 fn column(text: &str) -> Result<(ColumnKind, String), String> {
     let parts =
@@ -338,9 +333,9 @@ fn column(text: &str) -> Result<(ColumnKind, String), String> {
     parts.ok_or_else(|| format!("expected velocity, perforated, count or residual, =, and a heading, found {text:?}"))
 }
 
-/// A time above 0 [µs], in s.
-pub(crate) fn interval(text: &str) -> Result<f64, String> {
-    number(text, "a time above 0 in µs", |time| time > 0.0 && time.is_finite()).map(|time| time * 1e-6)
+/// A number above 0.
+pub(crate) fn above_zero(text: &str) -> Result<f64, String> {
+    number(text, "a number above 0", |number| number > 0.0 && number.is_finite())
 }
 
 /// A range of velocities `A..B` [m/s].

@@ -89,9 +89,6 @@ fn the_run(case: &Case, simulation: &Simulation<f64>) -> TextTable {
     let elements = model.whole_elements() as u64;
     let threads = thread::available_parallelism().map_or(1, NonZero::get);
     let seconds = 1e-6 * ELEMENT_STEP * model.elements() as f64 * steps as f64 / threads as f64;
-    let (unit, size) =
-        [("h", 3600.0), ("min", 60.0)].into_iter().find(|(_, size)| seconds >= 2.0 * size).unwrap_or(("s", 1.0));
-    let time = format!("{} {unit}", short(seconds / size, 2));
     TextTable::pairs([
         ("critical time step", format!("{}, set by: {}", us(model.bound.critical_step), model.bound.set_by)),
         ("time step", us(model.dt)),
@@ -99,7 +96,10 @@ fn the_run(case: &Case, simulation: &Simulation<f64>) -> TextTable {
         ("elements", grouped(elements)),
         ("element-steps", format!("{} at most", grouped(elements.saturating_mul(steps)))),
         ("symmetry", symmetry(model.planes)),
-        ("run time", format!("{time} at most, at {ELEMENT_STEP} µs an element-step, threads: {threads}")),
+        (
+            "run time",
+            format!("{} s at most, at {ELEMENT_STEP} µs an element-step, threads: {threads}", short(seconds, 2)),
+        ),
         ("memory", format!("{} of state and history", bytes(memory))),
     ])
 }

@@ -9,12 +9,11 @@ use std::thread;
 use ripstop::case::{Case, CaseError};
 use ripstop::output::Folder;
 use ripstop::study::batch::{BatchError, BatchOptions, order_case};
-use ripstop::study::fit;
-use ripstop::study::range_data;
 use ripstop::study::report::{Report, ReportTable};
 use ripstop::study::shots::{self, ShotsRequest};
 use ripstop::study::sweep::{self, Factor, SweepOf, SweepRequest, grid};
 use ripstop::study::v50::{self, V50Request};
+use ripstop::study::{fit, range_data};
 use serde_json::Value;
 
 use super::arguments::{
@@ -22,7 +21,7 @@ use super::arguments::{
     V50Arguments, read,
 };
 use super::backend;
-use super::failure::CommandFailure;
+use super::failure::{CommandFailure, FAILED, INTERRUPTED};
 use super::result::{files, notes};
 use super::run::{RunArguments, shoot};
 use super::terminal::{self, Align, TextTable, part, say};
@@ -71,8 +70,9 @@ pub(crate) fn v50(arguments: &V50Arguments) -> Result<(), CommandFailure> {
         missing = found.missing();
         Ok((found.json(case, &request, options.seed), found.report(case, &request)))
     })?;
-    missing
-        .map_or(Ok(()), |why| Err(CommandFailure::check(format!("error: {}: {why}", arguments.batch.case.display()))))
+    missing.map_or(Ok(()), |why| {
+        Err(CommandFailure::new(FAILED, format!("error: {}: {why}", arguments.batch.case.display())))
+    })
 }
 
 /// `ripstop sweep`: shots or a V50 at every point of a grid.
@@ -197,8 +197,8 @@ impl<'a> Study<'a> {
         if goes_on {
             say(&arguments.print, &format!("note: {}: shots that were there are not fired again", out.display()));
         }
-        let names = self.files.iter().copied().chain(["points/"]).filter(|name| out.join(name).exists());
-        let names: Vec<&str> = names.collect();
+        let mut names: Vec<&str> = self.files.iter().copied().chain(["points/"]).collect();
+        names.retain(|name| out.join(name).exists());
         terminal::show(&arguments.print, &json, || text(&report) + &files(&out, &names))
     }
 }
@@ -208,10 +208,10 @@ fn failure(error: BatchError, folder: &Path) -> CommandFailure {
     match error {
         BatchError::Refused(error) => error.into(),
         BatchError::Device(error) => CommandFailure::device(&error),
-        BatchError::Interrupted => CommandFailure::interrupted(format!(
-            "interrupted; rows so far: {}\n  help: the same command goes on",
-            folder.display()
-        )),
+        BatchError::Interrupted => CommandFailure::new(
+            INTERRUPTED,
+            format!("interrupted; rows so far: {}\n  help: the same command goes on", folder.display()),
+        ),
     }
 }
 

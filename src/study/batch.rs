@@ -364,12 +364,12 @@ pub(super) fn partial(table: &str) -> String {
 fn check_plan(plan: &Value, path: &Path) -> Result<(), CaseError> {
     let help = "give the same case and options as before, or another folder with --out DIR";
     let wrong = |expected: String, found: String| CaseError::of_path(path, expected, found, help);
-    let missing = |found: String| {
+    let parsed = fs::read_to_string(path).map_err(|error| error.to_string());
+    let parsed = parsed.and_then(|text| serde_json::from_str::<Value>(&text).map_err(|error| error.to_string()));
+    let found = parsed.map_err(|found| {
         let help = "a batch begins without --resume in a folder that has none of its files; --out DIR names another";
         wrong("the plan of a batch that was begun here".to_owned(), found).help(help)
-    };
-    let text = fs::read_to_string(path).map_err(|error| missing(error.to_string()))?;
-    let found: Value = serde_json::from_str(&text).map_err(|error| missing(error.to_string()))?;
+    })?;
     match ["version", "command", "seed", "options", "case"].into_iter().find(|name| found[*name] != plan[*name]) {
         None => Ok(()),
         Some("case") => Err(wrong("the case of this batch".to_owned(), "another case".to_owned())),
@@ -406,9 +406,9 @@ pub(super) fn in_threads<T: Send, E: Send>(
 ) -> Result<Vec<T>, E> {
     let threads = threads.min(numbers.len());
     let (waiting, done) = (Mutex::new(numbers), Mutex::new(BTreeMap::new()));
+    let next = || locked(&waiting).next();
     let worker = || {
-        loop {
-            let Some(number) = locked(&waiting).next() else { break };
+        while let Some(number) = next() {
             let result = work(number);
             if result.is_err() {
                 *locked(&waiting) = 0..0;

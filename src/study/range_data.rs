@@ -121,7 +121,7 @@ pub fn read(path: &Path, unit: Option<VelocityUnit>, columns: &[(ColumnKind, Str
     let line = |reader: &Reader<&[u8]>| format!("line {}", reader.position().line() - 1);
     let table = Table::new(&heading, unit, columns, separator == b';').map_err(|expected| {
         let names = heading.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ");
-        wrong(&line(&reader), &expected, names)
+        wrong(&line(&reader), &expected, format!("{} columns: {names}", heading.len()))
     })?;
     let mut data = RangeData { unit: table.unit, ..RangeData::default() };
     let mut record = StringRecord::new();
@@ -209,7 +209,10 @@ impl Table {
         let residual = residual.map(|residual| residual * self.residual_factor);
         let has_outcome = self.places[ColumnKind::Perforated as usize].is_some();
         let perforated = match cell(ColumnKind::Perforated) {
-            Some(mark) => Some(passed(&mark).ok_or((ColumnKind::Perforated, PASSED.to_owned()))?),
+            Some(mark) => {
+                let outcome = MARKS.iter().position(|marks| marks.contains(&mark.trim_end_matches(".0")));
+                Some(outcome.ok_or((ColumnKind::Perforated, PASSED.to_owned()))? == 1)
+            }
             None => residual.filter(|_| !has_outcome).map(|residual| residual > 0.0),
         };
         let (Some(velocity), Some(perforated)) = (velocity, perforated) else { return Ok(None) };
@@ -233,10 +236,4 @@ fn name_and_unit(name: &str) -> (String, Option<VelocityUnit>) {
     let mut found = ends.filter_map(|(end, unit)| Some((name.strip_suffix(end)?, Some(unit))));
     let (stem, unit) = found.next().unwrap_or((&name, None));
     (stem.replace(' ', ""), unit)
-}
-
-/// Whether a mark says that the projectile passed; `None` where it is none.
-fn passed(mark: &str) -> Option<bool> {
-    let mark = mark.trim_end_matches(".0");
-    MARKS.iter().position(|marks| marks.contains(&mark)).map(|outcome| outcome == 1)
 }

@@ -118,8 +118,8 @@ pub fn run(
     let last = rows_in(folder, TABLE).last_key_value().map_or(0, |((shot, _), _)| shot + 1);
     if last > request.count {
         let (expected, found) = (format!("--count {last} or more: shots so far"), format!("--count {}", request.count));
-        let path = folder.path().join(TABLE);
-        return Err(CaseError::of_path(&path, expected, found, "or choose another folder with --out DIR").into());
+        let help = "or choose another folder with --out DIR";
+        return Err(CaseError::of_path(&folder.path().join(TABLE), expected, found, help).into());
     }
     let batch = begin(case, request, options, folder)?;
     let missing = missing(&batch.table(), request, options.seed);

@@ -359,8 +359,8 @@ mod tests {
     #[test]
     fn a_grid_holds_every_combination_the_last_factor_fastest() {
         let factors = |texts: &[&str]| texts.iter().filter_map(|text| Factor::parse(text).ok()).collect::<Vec<_>>();
-        let points = grid(&factors(&["/a=1,2", "/b=x,y,z"])).unwrap_or_default();
-        assert_eq!(points.iter().map(|point| point.join("")).collect::<Vec<_>>(), ["1x", "1y", "1z", "2x", "2y", "2z"]);
+        let points = grid(&factors(&["/a=1,2", "/b=x,y"])).unwrap_or_default();
+        assert_eq!(points.iter().map(|point| point.join("")).collect::<String>(), "1x1y2x2y");
         let error = grid(&factors(&["/a=1..5000:1", "/b=1,2,3"])).map_err(|error| error.to_string());
         assert!(error.is_err_and(|error| error.contains("--over: /b") && error.contains("15000 of them")));
     }

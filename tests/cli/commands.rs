@@ -166,11 +166,10 @@ fn bench_measures_every_choice() {
 
 #[test]
 fn bench_prints_a_table_and_what_was_left_out() {
-    let bench = Bench::new(&small());
-    let shrunk = ["/pack/width_mm=17.8", "/pack/height_mm=17.8", "/solver/end_time_us=3"];
-    let mut arguments = vec!["bench", "shot.json", "--backend", "cpu", "--out", "here"];
-    arguments.extend(shrunk.iter().flat_map(|set| ["--set", set]));
-    let output = bench.ripstop(&arguments);
+    let mut case = small_with("/pack", json!({"width_mm": 17.8, "height_mm": 17.8}));
+    case["solver"]["end_time_us"] = json!(3);
+    let bench = Bench::new(&case);
+    let output = bench.ripstop(&["bench", "shot.json", "--backend", "cpu", "--out", "here"]);
     assert_eq!((code(&output), stderr(&output)), (0, String::new()));
     for part in [
         "a small shot",

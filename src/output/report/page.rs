@@ -191,10 +191,6 @@ fn fields(case: &Case) -> Markup {
         section id="case" {
             h2 { "The case as read" }
             p { @for (n, line) in mesh.lines().enumerate() { @if n > 0 { br; } (line) } }
-            p {
-                (assumed_fields(case).count()) " of " (case.fields.len()) " fields are assumed: the paper does not publish them, nor does \
-                another source that the case names. Vary those that matter with " code { "--set" } " and see how far the answer moves."
-            }
             details {
                 summary { "All " (case.fields.len()) " fields" }
                 p class="note" { "Fields marked * are assumed. " code { "case.json" } " beside this page computes the same again." }
