@@ -208,7 +208,6 @@ fn a_shot_that_names_no_end_has_the_time_that_its_velocity_asks_for() {
         (ply(155.0).set("/projectile/standoff_mm", 100), 4000.0),
         // What nothing holds goes along as far as it is wide.
         (ply(155.0).edges(Edge::Free), 8000.0),
-        (ply(20.0).edges(Edge::Free), 32_000.0),
         (ply(20.0).end_time_us(700.0), 700.0),
     ] {
         let case = builder.build().unwrap();
