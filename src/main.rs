@@ -21,7 +21,23 @@ mod cli {
 use cli::arguments::{Arguments, Command};
 use cli::failure::CommandFailure;
 
+/// Starts this program again without a Wayland display where none can be found. A layer of Vulkan drivers looks for one, a library below it
+/// writes to standard error that there is none, and a process cannot safely change its own environment.
+#[cfg(target_os = "linux")]
+fn leave_wayland_alone() {
+    use std::os::unix::process::CommandExt;
+    use std::{env, path::Path, process};
+
+    let is_path = |name: &str| env::var_os(name).is_some_and(|value| Path::new(&value).is_absolute());
+    if let (false, Ok(program)) = (is_path("XDG_RUNTIME_DIR") || is_path("WAYLAND_DISPLAY"), env::current_exe()) {
+        // It only returns where the system refuses; then the library is heard.
+        drop(process::Command::new(program).args(env::args_os().skip(1)).env("WAYLAND_DISPLAY", "/nonexistent").exec());
+    }
+}
+
 fn main() -> ExitCode {
+    #[cfg(target_os = "linux")]
+    leave_wayland_alone();
     let done = match Arguments::parse().command {
         Command::Run(arguments) => cli::run::run(&arguments),
         Command::Resume { folder, print } => cli::run::resume(&folder, &print),

@@ -98,11 +98,13 @@ impl Bench {
     }
 }
 
-/// Sends Ctrl-C.
+/// Sends Ctrl-C, and again while results are written, as batch systems do that signal a process and its group.
 #[cfg(unix)]
 fn interrupt(child: Child) -> Output {
-    let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
-    assert!(killed.success());
+    for _ in 0..10 {
+        let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+        assert!(killed.success());
+    }
     child.wait_with_output().unwrap()
 }
 

@@ -10,7 +10,6 @@
 
 use std::sync::atomic::AtomicBool;
 
-use ripstop::FrameCollector;
 use ripstop::case::{self, Case};
 use ripstop::model::Model;
 use ripstop::output;
@@ -20,6 +19,7 @@ use ripstop::run::outcome::{self, Outcome};
 use ripstop::run::{self, Options, Run, Simulation, Skips};
 use ripstop::solver::node_update::field as node;
 use ripstop::solver::state::State;
+use ripstop::{BuiltInFabric, Edge, FrameCollector};
 
 use crate::scene::torn::{self, SEAM, ring};
 use crate::scene::{builtin, finish, run as run_case};
@@ -190,6 +190,35 @@ fn debris_ahead_does_not_keep_a_shot_undecided() {
     let (running, time, plies) = shot(false);
     assert_eq!((running, plies), (Outcome::Running, 0));
     assert!(time >= 70e-6, "{time}");
+}
+
+/// The cylinder flies 42.1 mm and what the ply can be stretched, 27.1 mm, twice; a wave takes 25 µs to the clamps and back.
+#[test]
+fn a_shot_that_names_no_end_has_the_time_that_its_velocity_asks_for() {
+    let ply = |velocity: f64| {
+        let ply = Case::builder("slow").fabric(BuiltInFabric::S720).size_mm(203.0, 203.0);
+        ply.cylinder_mm(5.5, 42.1).mass_g(3.0).velocity_m_s(velocity)
+    };
+    for (builder, end_us) in [
+        (ply(155.0), 1000.0),
+        (ply(140.0), 2000.0),
+        (ply(20.0), 8000.0),
+        (ply(0.01), 256_000.0),
+        (ply(155.0).set("/projectile/obliquity_deg", 60), 2000.0),
+        (ply(155.0).set("/projectile/standoff_mm", 100), 4000.0),
+        // What nothing holds goes along as far as it is wide.
+        (ply(155.0).edges(Edge::Free), 8000.0),
+        (ply(20.0).end_time_us(700.0), 700.0),
+    ] {
+        let case = builder.build().unwrap();
+        let end = case.solver.end_time * 1e6;
+        assert!((end - end_us).abs() < 1e-6, "{end} instead of {end_us}: {:?}", case.projectile);
+    }
+    // At 1000 µs this one is not decided yet.
+    let drop =
+        Case::builder("drop").fabric(BuiltInFabric::S720).size_mm(25.0, 25.0).set("/pack/elements_per_crossover", 1);
+    let run = run_case(&drop.sphere_mm(5.0).mass_g(20.0).velocity_m_s(3.0).build().unwrap());
+    assert!(run.outcome == Outcome::Stopped && run.stop_time.is_some_and(|time| time > 1e-3), "{:?}", run.stop_time);
 }
 
 #[test]

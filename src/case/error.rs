@@ -86,7 +86,7 @@ impl CaseError {
 
     /// Error of a file of results that the disk refuses.
     pub(crate) fn unwritten(path: &Path, error: &io::Error) -> Self {
-        Self::of_path(path, "a disk that takes the results", error, "make room there, then go on with --resume")
+        Self::of_path(path, "a disk that takes the results", error, "make room there; the same command goes on")
     }
 
     /// Names the file, unless an inner reader already did.

@@ -2,13 +2,13 @@
 //! have their own; in the place of each may stand `{"file": …}`.
 
 use std::iter::once;
-use std::path::{Component, Path};
+use std::path::Path;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer};
 use serde_json::{Map, Value, json};
 
-use super::error::{check_sources, describe, escape, index, is_at_or_below, quote};
+use super::error::{check_sources, describe, escape, index, is_at_or_below, quote, short_number_text};
 use super::keys::{WordOr, choices};
 use super::pack::{LAYUP, MAX_PLIES};
 use super::provenance::Provenance;
@@ -300,15 +300,12 @@ impl Crossover {
     /// Checks the compression, whose keys stand at the pointer `at`; constants that are both 0 are those of a rigid crossover.
     fn complete(&mut self, at: &str) -> Result<(), CaseError> {
         let Some(Compression { a, b }) = self.compression else { return Ok(()) };
-        if (a > 0.0) != (b > 0.0) {
-            let found = if a > 0.0 { "b_mm_n13 = 0 with a_mm > 0" } else { "a_mm = 0 with b_mm_n13 > 0" };
-            let error = CaseError::at(at, "a_mm and b_mm_n13 both above 0, or both 0", found);
+        if (a > 0.0) != (b > 0.0) || b < LEAST_COMPRESSION * a {
+            let expected =
+                format!("a_mm and b_mm_n13 above 0, b_mm_n13 at least {LEAST_COMPRESSION:e} of a_mm, or both 0");
+            let [a, b] = [a, b].map(|constant| short_number_text(constant * 1e3));
+            let error = CaseError::at(at, expected, format!("a_mm = {a} with b_mm_n13 = {b}"));
             return Err(error.help("write \"compression\": \"rigid\" for a crossover without compression"));
-        }
-        if b < LEAST_COMPRESSION * a {
-            let expected = format!("b_mm_n13 at least {LEAST_COMPRESSION:e} of a_mm, or both 0");
-            let error = CaseError::at(at, expected, format!("{:e} of it", b / a));
-            return Err(error.help("at the first touch such a crossover would be softer than numbers can tell"));
         }
         self.compression = self.compression.filter(|_| a > 0.0);
         Ok(())
@@ -393,19 +390,14 @@ fn text_of(name: &str, folder: Option<&Path>, place: &str) -> Result<(String, St
         let text = builtin_fabric(name).ok_or_else(|| refused("a fabric that is built in", quote(name)).help(help))?;
         return Ok((format!("{name} (built in)"), text.to_owned()));
     };
-    let outside = |why: &str| refused("a file inside the case's folder", format!("{}, {why}", quote(name)));
-    let beside = "copy the fabric file beside the case";
-    if Path::new(name).is_absolute() {
-        return Err(outside("an absolute path").help("name it relative to the case's folder"));
-    }
-    let is_inside = |part: Component<'_>| matches!(part, Component::Normal(_) | Component::CurDir);
-    if !Path::new(name).components().all(is_inside) || name.is_empty() {
-        return Err(outside("which leaves the folder").help(beside));
-    }
+    let outside = |why: &str| {
+        let error = refused("a file inside the case's folder", format!("{}, {why}", quote(name)));
+        error.help("copy the fabric file beside the case")
+    };
     let canonical = |path: &Path| path.canonicalize().map_err(|error| outside(&error.to_string()));
     let path = canonical(&folder.join(name))?;
-    if !path.starts_with(canonical(folder)?) {
-        return Err(outside("a link that leaves the folder").help(beside));
+    if name.is_empty() || !path.starts_with(canonical(folder)?) {
+        return Err(outside("a path or a link that leaves the folder"));
     }
     let file = folder.join(name).display().to_string();
     let text = read::text_of_file(&path).map_err(|error| error.in_file(&file))?;

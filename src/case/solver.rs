@@ -1,24 +1,26 @@
 //! Numerical choices, output, and statements about the result.
 
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use super::error::{number_text, percent, quote, short_number_text, text_of};
 use super::keys::choices;
 use super::provenance::Provenance;
-use super::{Along, Case, CaseError, Motion, Origin};
+use super::{Along, Case, CaseError, Motion, Origin, Projectile, critical_step};
 
 /// Coefficient of the shock viscosity.
 const VISCOSITY: f64 = 0.3;
 /// Coefficient of the shock viscosity where a bar strikes. The pulse that its kink sends out at the start runs on along the strip, where that
 /// of a round body spreads over a ply: with 0.3 it stands 30 % above the exact tension. The step is a third shorter.
 const VISCOSITY_ALONG_A_BAR: f64 = 0.8;
-/// A shot whose case names no end and whose outcome is not known ends here [s].
-const LONGEST: f64 = 1e-3;
-/// End of such a shot where no ply spans between two clamped sides [s]. What nothing holds stops the projectile when all of it moves: 150 mm at
+/// A shot whose case names no end and whose outcome is not known ends here at the earliest [s].
+const EARLIEST: f64 = 1e-3;
+/// The same where no ply spans between two clamped sides [s]. What nothing holds stops the projectile when all of it moves: 150 mm at
 /// 50 m/s take 5.2 ms. What one side holds swings first: 100 mm at 120 m/s take 2.5 ms.
-const LONGEST_LOOSE: f64 = 8e-3;
+const EARLIEST_LOOSE: f64 = 8e-3;
+/// And at the latest [s]: the history of longer runs would fill the memory.
+const LATEST: f64 = 256e-3;
 /// Length along a yarn over which its failure is judged [mm]; assumed.
 const FAILURE_LENGTH: f64 = 0.9;
 
@@ -28,7 +30,8 @@ const FAILURE_LENGTH: f64 = 0.9;
 pub struct Solver {
     /// End of the run. Needed where nothing flies freely into the pack, or run_until is "end_time" [s].
     ///
-    /// Otherwise: when the outcome is known, after 1000 µs at the latest, 8000 µs where no two opposite sides are clamped.
+    /// Otherwise: when the outcome is known, at the latest after 1000, 2000, 4000 … 256000 µs (from 8000 on where no two opposite sides are
+    /// clamped): twice the time that the impact velocity takes to where the pack breaks, and through it.
     #[serde(default)]
     #[schemars(rename = "end_time_us", range(min = 1e-6, max = 1e9))]
     pub end_time: f64,
@@ -98,7 +101,7 @@ pub struct Output {
     /// Default: a few hundred rows for a shot.
     #[schemars(rename = "history_interval_us", range(min = 1e-6, max = 1e9), extend("default" = 0.5))]
     pub history_interval: f64,
-    /// Frames for ParaView, evenly from impact to the end of the run.
+    /// Frames for ParaView, evenly from impact to the end of the run; up to twice as many where that comes before end_time_us.
     ///
     /// Default: none asked for.
     #[schemars(range(min = 0, max = 10_000), extend("default" = 0))]
@@ -191,9 +194,32 @@ impl Case {
             let error = CaseError::at(at, "the end of the run", "nothing");
             return Err(error.help("no outcome ends this run: it has no free projectile, or run_until is \"end_time\""));
         }
-        let longest = if self.layers().iter().any(|layer| layer.edges.span()) { LONGEST } else { LONGEST_LOOSE };
-        record.fill(at, &mut self.solver.end_time, longest, "", false);
+        if let Some(projectile) = &self.projectile {
+            let latest = self.latest_end(projectile);
+            record.fill(at, &mut self.solver.end_time, latest, "", false);
+        }
         Ok(())
+    }
+
+    /// Time by which a shot should be decided [s]: a power of two of the earliest, so that shots of a batch at about one velocity share it.
+    fn latest_end(&self, projectile: &Projectile) -> f64 {
+        let layers = self.layers();
+        let spans = layers.iter().any(|layer| layer.edges.span());
+        let half = 0.5 * self.pack.width.max(self.pack.height);
+        let yarns =
+            layers.iter().flat_map(|layer| [&layer.fabric.warp, &layer.fabric.weft]).filter(|yarn| yarn.present);
+        let strain = yarns.map(|yarn| yarn.failure_strain).fold(0.0, f64::max);
+        // A pack that spans is a cone at its failure strain; another goes along as far as it is wide.
+        let depth = if spans { half * (strain * (2.0 + strain)).sqrt() } else { 2.0 * half };
+        // A wave goes through as many elements to the clamps and back.
+        let wave =
+            layers.iter().map(|layer| critical_step(layer) * layer.mesh.count[0].max(layer.mesh.count[1]) as f64);
+        let wave = wave.fold(0.0, f64::max);
+        let [diameter, length] = projectile.shape.sizes();
+        let way = projectile.standoff + depth + diameter.max(length);
+        let time = 2.0 * (way / (projectile.velocity * projectile.obliquity.cos()) + wave);
+        let earliest = if spans { EARLIEST } else { EARLIEST_LOOSE };
+        (earliest * (time / earliest).log2().ceil().max(0.0).exp2()).min(LATEST)
     }
 }
 
@@ -233,7 +259,8 @@ pub struct Expect {
 }
 
 /// Expected word, value or range.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
 #[non_exhaustive]
 pub enum Bound {
     /// A word, e.g. an outcome.
@@ -292,17 +319,13 @@ enum Tolerance {
 impl BoundKeys {
     fn bound(&self, at: &str) -> Result<Bound, CaseError> {
         let is_ranged = self.min.is_some() || self.max.is_some();
-        let given = match &self.tolerance {
-            Some(Tolerance::Absolute(number)) => number_text(*number),
-            Some(Tolerance::Percent(text)) => quote(text),
-            None => "nothing".to_owned(),
-        };
+        let given = if self.tolerance.is_some() { "one" } else { "nothing" };
         let (key, expected, found) = match (&self.value, &self.tolerance) {
             (Some(_), _) if is_ranged => ("/value", "either \"value\" or \"min\" and \"max\"", "both"),
             (Some(NumberOrWord::Word(word)), None) => return Ok(Bound::Word(word.clone())),
-            (Some(NumberOrWord::Word(_)), Some(_)) => ("/tolerance", "no tolerance with a word as value", &*given),
+            (Some(NumberOrWord::Word(_)), Some(_)) => ("/tolerance", "no tolerance with a word as value", given),
             (Some(NumberOrWord::Number(_)), None) => {
-                ("/tolerance", "a tolerance with a number as value, absolute or like \"1%\"", &*given)
+                ("/tolerance", "a tolerance with a number as value, absolute or like \"1%\"", given)
             }
             (&Some(NumberOrWord::Number(value)), Some(Tolerance::Absolute(tolerance))) => {
                 return Ok(Bound::Value { value, tolerance: *tolerance });
@@ -310,7 +333,7 @@ impl BoundKeys {
             (&Some(NumberOrWord::Number(value)), Some(Tolerance::Percent(text))) => {
                 return Ok(Bound::Value { value, tolerance: percent(text).unwrap_or_default() * value.abs() });
             }
-            (None, Some(_)) => ("/tolerance", "no tolerance without \"value\"", &*given),
+            (None, Some(_)) => ("/tolerance", "no tolerance without \"value\"", given),
             (None, None) if !is_ranged => ("", "\"value\", \"min\" or \"max\"", "none of them"),
             (None, None) => {
                 let (min, max) = (self.min.unwrap_or(f64::NEG_INFINITY), self.max.unwrap_or(f64::INFINITY));

@@ -9,6 +9,7 @@ use clap_complete::Shell;
 use ripstop::case::{self, Case, CaseError};
 use ripstop::output::warnings;
 use ripstop::run::Precision;
+use ripstop::study::range_data::{ColumnKind, VelocityUnit};
 
 use super::bench::{BenchArguments, VerifyArguments};
 use super::check::CrossoverArguments;
@@ -174,7 +175,7 @@ pub(crate) struct BatchArguments {
     /// Folder for the results [default: out/<case name>-<command>]
     #[arg(long, short, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
-    /// Go on with what lies in the folder; the results are the same, byte for byte
+    /// Only go on with what lies in the folder, which the same command does anyway; never begin
     #[arg(long)]
     pub(crate) resume: bool,
     #[command(flatten)]
@@ -185,7 +186,7 @@ pub(crate) struct BatchArguments {
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   ripstop shots cases/s720-1ply-155.json --count 40 --velocity 150..220
-  ripstop shots shot.json --count 1000 --velocity 150..250 -o out/limit --resume     # after Ctrl-C, kill or a full disk
+  ripstop shots shot.json --count 1000 --velocity 150..250 -o out/limit     # again after Ctrl-C, kill or a full disk: it goes on
   ripstop shots shot.json --velocity 150..250 -o out/limit --only 17                 # shot 17 alone, with its report
 
 What varies from shot to shot stands in /variability of the case. DIR gets shots.csv, which `ripstop fit` reads, shots.json and shots.html.")]
@@ -269,13 +270,24 @@ pub(crate) enum SweepKind {
 #[command(after_help = "Examples:
   ripstop fit shots.csv --level 95% -o out/limit
   ripstop fit shots.csv --json | jq '.quantiles[] | select(.p == 0.5)'
+  ripstop fit range.csv --column velocity=Speed --unit ft/s --spread 90
 
-DATA.csv has the columns velocity_m_s and perforated (1 where the projectile passed, 0 where it was stopped), and if wanted count \
-(shots that were alike) and residual_velocity_m_s.")]
+DATA.csv has the columns velocity_m_s and perforated (1, CP, yes or perforated where the projectile passed, 0, PP, no or stopped where it \
+was stopped), and if wanted count (shots that were alike) and residual_velocity_m_s. Other units: velocity_ft_s, Vs (ft/s). Without a column \
+perforated, shots with a residual velocity above 0 have perforated. Numbers of the results are in the unit of the velocities.")]
 pub(crate) struct FitArguments {
     /// CSV of shots
     #[arg(value_name = "DATA.csv")]
     pub(crate) data: PathBuf,
+    /// Unit of velocities whose heading has none
+    #[arg(long, value_enum)]
+    pub(crate) unit: Option<VelocityUnit>,
+    /// Column by its heading: velocity, perforated, count or residual; may be given again
+    #[arg(long = "column", value_name = "KIND=NAME", value_parser = column)]
+    pub(crate) columns: Vec<(ColumnKind, String)>,
+    /// Largest spread of a further arithmetic V50, in the unit of the velocities [default: those of standards alone]
+    #[arg(long, value_name = "VELOCITY", value_parser = above_zero, allow_hyphen_values = true)]
+    pub(crate) spread: Option<f64>,
     /// Two-sided confidence of the intervals, such as 0.9 or 95%
     #[arg(long, value_name = "LEVEL", value_parser = level, default_value = "0.9", allow_hyphen_values = true)]
     pub(crate) level: f64,
@@ -314,9 +326,16 @@ fn percent(text: &str) -> Result<f64, String> {
     number(text.trim().trim_end_matches('%'), expected, fits).map(|percent| percent / 100.0)
 }
 
-/// A time above 0 [µs], in s.
-pub(crate) fn interval(text: &str) -> Result<f64, String> {
-    number(text, "a time above 0 in µs", |time| time > 0.0 && time.is_finite()).map(|time| time * 1e-6)
+/// Kind of a column, and its heading.
+fn column(text: &str) -> Result<(ColumnKind, String), String> {
+    let parts =
+        text.split_once('=').and_then(|(kind, name)| Some((ColumnKind::from_str(kind, true).ok()?, name.into())));
+    parts.ok_or_else(|| format!("expected velocity, perforated, count or residual, =, and a heading, found {text:?}"))
+}
+
+/// A number above 0.
+pub(crate) fn above_zero(text: &str) -> Result<f64, String> {
+    number(text, "a number above 0", |number| number > 0.0 && number.is_finite())
 }
 
 /// A range of velocities `A..B` [m/s].

@@ -11,13 +11,13 @@ use ripstop::num::simd::Vectors;
 use ripstop::output::expect::{expected, got, quantity};
 use ripstop::output::number::{fixed, fraction, short};
 use ripstop::output::{self, Folder};
-use ripstop::run::{self, Precision, Progress};
+use ripstop::run::{self, Options, Precision, Progress};
 use ripstop::study::bench;
 use serde_json::{Value, json};
 
 use super::arguments::{BackendArguments, BackendChoice, PrintArguments};
 use super::backend;
-use super::failure::CommandFailure;
+use super::failure::{CommandFailure, FAILED, INTERRUPTED};
 use super::terminal::{self, Align, TextTable};
 
 /// Name of the file that `bench` writes.
@@ -51,9 +51,6 @@ pub(crate) struct BenchArguments {
     /// Case files
     #[arg(value_name = "CASE.json", required = true)]
     cases: Vec<PathBuf>,
-    /// Change of every case, checked like the file; may be given again
-    #[arg(long = "set", value_name = "/POINTER=VALUE")]
-    sets: Vec<String>,
     #[command(flatten)]
     backend: BackendArguments,
     /// Folder for the results
@@ -84,9 +81,7 @@ pub(crate) fn bench(arguments: &BenchArguments) -> Result<(), CommandFailure> {
     let start = Instant::now();
     let interrupted = terminal::watch_interrupts()?;
     let paths: Vec<&Path> = arguments.cases.iter().map(PathBuf::as_path).collect();
-    let read = |path: &Path, changes: &[String]| {
-        case::read(path, &[&LEFT_OUT.map(str::to_owned), &arguments.sets[..], changes].concat())
-    };
+    let read = |path: &Path, changes: &[String]| case::read(path, &[&LEFT_OUT.map(str::to_owned), changes].concat());
     for path in &paths {
         read(path, &[])?;
     }
@@ -112,17 +107,17 @@ pub(crate) fn bench(arguments: &BenchArguments) -> Result<(), CommandFailure> {
         "interrupted": interrupted.load(Ordering::Relaxed),
         "cases": measured,
     });
-    folder.put(&[(FILE, format!("{report:#}\n"))], &[FILE])?;
+    folder.put(&[(FILE, format!("{report:#}\n"))], &[])?;
     let file = || format!("files  {}: {FILE}\n", folder.path().display());
     let texts = || measured.iter().map(text).collect::<String>() + &file();
     terminal::show(&arguments.print, &report, texts)?;
     if interrupted.load(Ordering::Relaxed) {
         let words = format!("interrupted; what was measured until then: {}", folder.path().display());
-        return Err(CommandFailure::interrupted(words));
+        return Err(CommandFailure::new(INTERRUPTED, words));
     }
     let failed = measured.iter().find_map(|one| Some((&one["case"], one["reference"]["failed"].as_str()?)));
     failed.map_or(Ok(()), |(case, why)| {
-        Err(CommandFailure::check(format!("error: {}: the reference did not end\n  found: {why}", word(case))))
+        Err(CommandFailure::new(FAILED, format!("error: {}: the reference did not end\n  found: {why}", word(case))))
     })
 }
 
@@ -200,18 +195,13 @@ pub(crate) fn verify(arguments: &VerifyArguments) -> Result<(), CommandFailure> 
         format!("{table}\n{counts}\n")
     })?;
     if interrupted.load(Ordering::Relaxed) {
-        return Err(CommandFailure::interrupted("interrupted; rows after this are missing"));
+        return Err(CommandFailure::new(INTERRUPTED, "interrupted; rows after this are missing"));
     }
-    if failed > 0 { Err(CommandFailure::check(format!("error: verification: {counts}"))) } else { Ok(()) }
+    if failed > 0 { Err(CommandFailure::new(FAILED, format!("error: verification: {counts}"))) } else { Ok(()) }
 }
 
 /// Expectations of a case, each with what its run gave, as `summary.json` has them; none of an interrupted run. Or why there is no result.
-fn expectations(
-    name: &str,
-    text: &str,
-    options: run::Options<'_>,
-    interrupt: &AtomicBool,
-) -> Result<Vec<Value>, String> {
+fn expectations(name: &str, text: &str, options: Options<'_>, interrupt: &AtomicBool) -> Result<Vec<Value>, String> {
     let case = case::from_str(name, text, &[]).map_err(|error| error.to_string())?;
     let mut show = |at: &Progress| terminal::show_run(name, at);
     let run = run::run(&case, options, interrupt, &mut show).map_err(|error| error.to_string())?;

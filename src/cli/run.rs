@@ -16,8 +16,8 @@ use ripstop::run::checkpoint::{Checkpoint, Checkpointable, Header};
 use ripstop::run::{self, Observer, Options, Precision, Progress, Run, RunError, Skips, View};
 use serde_json::Value;
 
-use super::arguments::{BackendArguments, BackendChoice, PrintArguments, interval, read};
-use super::failure::CommandFailure;
+use super::arguments::{BackendArguments, BackendChoice, PrintArguments, above_zero, read};
+use super::failure::{CommandFailure, FAILED, INTERRUPTED, LOST};
 use super::terminal::{self, say};
 use super::{backend, result};
 
@@ -30,7 +30,7 @@ use super::{backend, result};
   ripstop run shot.json --set '/pack/edges={\"left\":\"free\"}' --json | jq .residual_velocity_m_s
 
 DIR gets report.html (open it in a browser), summary.json, history.csv, events.csv, case.json (the case as run), shot.svg and more. \
-The first Ctrl-C writes them up to that moment, the second ends at once.")]
+Ctrl-C writes them up to that moment; once more, from 5 s later on, ends at once.")]
 pub(crate) struct RunArguments {
     /// Case files, run one after the other
     #[arg(value_name = "CASE.json", required = true)]
@@ -50,7 +50,6 @@ pub(crate) struct RunArguments {
     /// [default: all]
     #[arg(
         long,
-        value_enum,
         value_name = "KIND,…",
         num_args = 0..,
         require_equals = true,
@@ -61,11 +60,12 @@ pub(crate) struct RunArguments {
     /// Write no report.html
     #[arg(long)]
     pub(crate) no_report: bool,
-    /// Frames for ParaView, evenly from impact to the end of the run, in frames.pvd [default: /output/frames of the case]
+    /// Frames for ParaView, evenly from impact to the end of the run, in frames.pvd; up to twice as many where that comes before
+    /// /solver/end_time_us [default: /output/frames of the case]
     #[arg(long, value_name = "N")]
     pub(crate) frames: Option<u32>,
     /// Simulated µs between checkpoints in DIR, from which `ripstop resume DIR` goes on; Ctrl-C leaves one too, the end of the run none
-    #[arg(long, value_name = "US", value_parser = interval)]
+    #[arg(long, value_name = "US", value_parser = above_zero)]
     pub(crate) checkpoint_every: Option<f64>,
     #[command(flatten)]
     pub(crate) print: PrintArguments,
@@ -134,7 +134,7 @@ pub(crate) fn shoot(
     let attempt = |options: Options<'_>| {
         let head = arguments
             .checkpoint_every
-            .map(|every| Header { report: !arguments.no_report, ..Header::new(case, &options, every) });
+            .map(|every| Header { report: !arguments.no_report, ..Header::new(case, &options, every * 1e-6) });
         let recorder = (case.output.frames > 0).then(|| Recorder::new(&folder, case, head.is_some()));
         let animation = (!arguments.no_report).then(|| Animation::new(case));
         let checkpoint_writer = head.map(|head| CheckpointWriter::new(&folder, case, head, start));
@@ -241,25 +241,32 @@ fn verdict(case: &Case, run: &Run, summary: &Value, folder: &Path, goes_on: bool
     let folder = folder.display();
     let resume = if goes_on { format!("\n  help: `ripstop resume {folder}` goes on") } else { String::new() };
     if let Some(divergence) = &run.divergence {
-        return Err(CommandFailure::check(format!(
-            "error: {}: the run became unstable\n  where: {}\n  found: {}\n  help: lower /solver/courant",
-            file(case),
-            output::place(divergence),
-            divergence.quantity
-        )));
+        return Err(CommandFailure::new(
+            FAILED,
+            format!(
+                "error: {}: the run became unstable\n  where: {}\n  found: {}\n  help: lower /solver/courant",
+                file(case),
+                output::place(divergence),
+                divergence.quantity
+            ),
+        ));
     }
     if let Some(reason) = &run.lost {
-        return Err(CommandFailure::lost(format!(
-            "error: {}: the device gave up at {}\n  found: {reason}\n  help: take --backend cpu; results up to there: {folder}{resume}",
-            file(case),
-            output::reached(run),
-        )));
+        return Err(CommandFailure::new(
+            LOST,
+            format!(
+                "error: {}: the device gave up at {}\n  found: {reason}\n  help: take --backend cpu; results up to there: {folder}{resume}",
+                file(case),
+                output::reached(run),
+            ),
+        ));
     }
     if run.interrupted {
         let reached = output::reached(run);
-        return Err(CommandFailure::interrupted(format!(
-            "interrupted at {reached}; results up to there: {folder}{resume}"
-        )));
+        return Err(CommandFailure::new(
+            INTERRUPTED,
+            format!("interrupted at {reached}; results up to there: {folder}{resume}"),
+        ));
     }
     let expect = || summary["expect"].as_array().into_iter().flatten();
     let fails = expect().filter(|check| judgement(check) == Judgement::Fails);
@@ -268,7 +275,7 @@ fn verdict(case: &Case, run: &Run, summary: &Value, folder: &Path, goes_on: bool
         return Ok(());
     }
     let counts = format!("{} of {} expectations failed", failed.len(), expect().count());
-    Err(CommandFailure::check(format!("error: {}: {counts}{}", file(case), failed.concat())))
+    Err(CommandFailure::new(FAILED, format!("error: {}: {counts}{}", file(case), failed.concat())))
 }
 
 /// Observer of a run: progress bar, animation, frames, checkpoints.

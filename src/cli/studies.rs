@@ -9,11 +9,11 @@ use std::thread;
 use ripstop::case::{Case, CaseError};
 use ripstop::output::Folder;
 use ripstop::study::batch::{BatchError, BatchOptions, order_case};
-use ripstop::study::fit;
 use ripstop::study::report::{Report, ReportTable};
 use ripstop::study::shots::{self, ShotsRequest};
 use ripstop::study::sweep::{self, Factor, SweepOf, SweepRequest, grid};
 use ripstop::study::v50::{self, V50Request};
+use ripstop::study::{fit, range_data};
 use serde_json::Value;
 
 use super::arguments::{
@@ -21,10 +21,10 @@ use super::arguments::{
     V50Arguments, read,
 };
 use super::backend;
-use super::failure::CommandFailure;
+use super::failure::{CommandFailure, FAILED, INTERRUPTED};
 use super::result::{files, notes};
 use super::run::{RunArguments, shoot};
-use super::terminal::{self, Align, TextTable, part};
+use super::terminal::{self, Align, TextTable, part, say};
 
 /// Half the width of the interval over V50 at which thresholds end, and realisations at most, where nothing is asked for.
 const WIDTH: f64 = 0.02;
@@ -70,8 +70,9 @@ pub(crate) fn v50(arguments: &V50Arguments) -> Result<(), CommandFailure> {
         missing = found.missing();
         Ok((found.json(case, &request, options.seed), found.report(case, &request)))
     })?;
-    missing
-        .map_or(Ok(()), |why| Err(CommandFailure::check(format!("error: {}: {why}", arguments.batch.case.display()))))
+    missing.map_or(Ok(()), |why| {
+        Err(CommandFailure::new(FAILED, format!("error: {}: {why}", arguments.batch.case.display())))
+    })
 }
 
 /// `ripstop sweep`: shots or a V50 at every point of a grid.
@@ -99,8 +100,8 @@ pub(crate) fn sweep(arguments: &SweepArguments) -> Result<(), CommandFailure> {
 
 /// `ripstop fit`: a limit from a table of shots.
 pub(crate) fn fit(arguments: &FitArguments) -> Result<(), CommandFailure> {
-    let rows = fit::read(&arguments.data)?;
-    let found = fit::fit(&rows, arguments.level);
+    let data = range_data::read(&arguments.data, arguments.unit, &arguments.columns)?;
+    let found = fit::fit(&data, arguments.level, arguments.spread);
     let title = arguments.data.display().to_string();
     let (json, report) = (found.json(), found.report(&title));
     let mut printed = text(&report);
@@ -108,7 +109,7 @@ pub(crate) fn fit(arguments: &FitArguments) -> Result<(), CommandFailure> {
         let folder = Folder::prepare_for(out, &FIT_FILES, &[&arguments.data])?;
         let page = report.html(&format!("Ballistic limit: {title}"), "fit.json");
         let texts = [format!("{json:#}\n"), page];
-        folder.put(&FIT_FILES.into_iter().zip(texts).collect::<Vec<_>>(), &FIT_FILES)?;
+        folder.put(&FIT_FILES.into_iter().zip(texts).collect::<Vec<_>>(), &[])?;
         printed += &files(out, &FIT_FILES);
     }
     terminal::show(&arguments.print, &json, || printed)
@@ -174,6 +175,7 @@ impl<'a> Study<'a> {
         let (arguments, out) = (self.arguments, self.out());
         let chosen = backend::choose(&arguments.backend, BackendChoice::Cpu, arguments.precision, &arguments.print)?;
         let folder = Folder::prepare_for(&out, self.files, &[self.case.path.as_path()])?;
+        let goes_on = out.join(self.files[0]).exists();
         terminal::begin_bar(&arguments.print);
         let show = |done: u32, of: u32| terminal::show_count(done, of, units);
         let options = BatchOptions {
@@ -192,8 +194,11 @@ impl<'a> Study<'a> {
         let done = work(&options, &folder);
         terminal::end_bar();
         let (json, report) = done.map_err(|error| failure(error, &out))?;
-        let names = self.files.iter().copied().chain(["points/"]).filter(|name| out.join(name).exists());
-        let names: Vec<&str> = names.collect();
+        if goes_on {
+            say(&arguments.print, &format!("note: {}: shots that were there are not fired again", out.display()));
+        }
+        let mut names: Vec<&str> = self.files.iter().copied().chain(["points/"]).collect();
+        names.retain(|name| out.join(name).exists());
         terminal::show(&arguments.print, &json, || text(&report) + &files(&out, &names))
     }
 }
@@ -203,10 +208,10 @@ fn failure(error: BatchError, folder: &Path) -> CommandFailure {
     match error {
         BatchError::Refused(error) => error.into(),
         BatchError::Device(error) => CommandFailure::device(&error),
-        BatchError::Interrupted => CommandFailure::interrupted(format!(
-            "interrupted; rows so far: {}\n  help: the same command with --resume goes on",
-            folder.display()
-        )),
+        BatchError::Interrupted => CommandFailure::new(
+            INTERRUPTED,
+            format!("interrupted; rows so far: {}\n  help: the same command goes on", folder.display()),
+        ),
     }
 }
 

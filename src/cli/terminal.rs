@@ -6,6 +6,7 @@ use std::fmt;
 use std::io::{self, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, LazyLock};
+use std::time::{Duration, Instant};
 
 pub(crate) use console::Alignment as Align;
 use console::{Style, measure_text_width, pad_str, style};
@@ -14,10 +15,12 @@ use ripstop::run::Progress;
 use serde_json::Value;
 
 use super::arguments::PrintArguments;
-use super::failure::{CommandFailure, INTERRUPTED};
+use super::failure::{CommandFailure, INPUT, INTERRUPTED};
 
 /// Ticks of the bar of a run.
 const LENGTH: f64 = 1000.0;
+/// Time after a request to end in which further ones change nothing: batch systems signal a process and its group, and results are written.
+const GRACE: Duration = Duration::from_secs(5);
 
 /// The bar on standard error; hidden until it is wanted, and where that is no terminal.
 static BAR: LazyLock<ProgressBar> = LazyLock::new(ProgressBar::hidden);
@@ -27,7 +30,7 @@ pub(crate) fn print(text: &str) -> Result<(), CommandFailure> {
     let mut out = io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
-            Err(CommandFailure::input(format!("error: cannot write to standard output: {error}")))
+            Err(CommandFailure::new(INPUT, format!("error: cannot write to standard output: {error}")))
         }
         _ => Ok(()),
     }
@@ -184,17 +187,19 @@ pub(crate) fn end_bar() {
     BAR.set_draw_target(ProgressDrawTarget::hidden());
 }
 
-/// A flag that the first Ctrl-C (or a polite request to terminate) raises. The second ends the program.
+/// A flag that the first Ctrl-C (or a polite request to terminate) raises. One that comes much later ends the program.
 pub(crate) fn watch_interrupts() -> Result<Arc<AtomicBool>, CommandFailure> {
     let raised = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&raised);
+    let mut first = None;
     let handler = move || {
-        if flag.swap(true, Ordering::Relaxed) {
+        flag.store(true, Ordering::Relaxed);
+        if first.get_or_insert_with(Instant::now).elapsed() > GRACE {
             std::process::exit(i32::from(INTERRUPTED));
         }
     };
     match ctrlc::set_handler(handler) {
         Ok(()) => Ok(raised),
-        Err(error) => Err(CommandFailure::input(format!("error: cannot listen for Ctrl-C: {error}"))),
+        Err(error) => Err(CommandFailure::new(INPUT, format!("error: cannot listen for Ctrl-C: {error}"))),
     }
 }

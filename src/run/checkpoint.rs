@@ -140,12 +140,8 @@ impl Checkpoint {
     /// When it cannot be read, is something else, is damaged, or of another version.
     pub fn open(path: &Path) -> Result<Self, CaseError> {
         let refused = |expected: &str, found: &str, help: &str| Err(CaseError::of_path(path, expected, found, help));
-        let bytes = match fs::read(path) {
-            Ok(bytes) => bytes,
-            Err(error) => {
-                return refused("a checkpoint that can be read", &error.to_string(), "see whether the file is there");
-            }
-        };
+        let unread = |error| CaseError::of_path(path, "a checkpoint that can be read", error, AGAIN);
+        let bytes = fs::read(path).map_err(unread)?;
         let format = bytes.strip_prefix(&MAGIC).and_then(|rest| rest.split_first_chunk());
         let Some((format, rest)) = format.map(|(format, rest)| (u32::from_le_bytes(*format), rest)) else {
             return refused("a checkpoint of ripstop", "another kind of file", AGAIN);

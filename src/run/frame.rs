@@ -157,13 +157,13 @@ pub struct FrameCollector {
     wanted: usize,
     schedule: Schedule,
     scene: Option<Arc<Scene>>,
-    /// Time [s] and snapshot of the frames so far, by the steps done before them. Without a snapshot a frame lies on the disk. There
-    /// are more than wanted.
+    /// Time [s] and snapshot of the frames so far, by the steps done before them. Without a snapshot a frame lies on the disk.
     pub(crate) taken: BTreeMap<u64, (f64, Option<Snapshot>)>,
 }
 
 impl FrameCollector {
-    /// For a number of frames of a case; a single one is that of the start.
+    /// For frames of a case, evenly from the start to the end: so many where the run reaches its end time, at most twice as many where it
+    /// ends before. A single one is that of the start.
     pub fn new(case: &Case, frames: usize) -> Self {
         let schedule = Schedule::new(frames, case.solver.end_time);
         Self { wanted: frames, schedule, scene: None, taken: BTreeMap::new() }
@@ -188,11 +188,12 @@ impl FrameCollector {
         snapshots.map(Snapshot::frame).collect()
     }
 
-    /// Steps done before the frames that were asked for.
+    /// Steps done before the frames that are given: as far apart as they can be and still be as many as asked for, and the last.
     pub(crate) fn chosen(&self) -> Vec<u64> {
-        let times: Vec<f64> = self.taken.values().map(|(time, _)| *time).collect();
-        let steps: Vec<u64> = self.taken.keys().copied().collect();
-        even(&times, self.wanted).into_iter().map(|at| steps[at]).collect()
+        let gaps = [self.schedule.kept.len(), self.wanted].map(|count| count.saturating_sub(1));
+        let apart = (gaps[0] / gaps[1].max(1)).max(1);
+        let steps = self.taken.keys().enumerate();
+        steps.filter(|(at, _)| at % apart == 0 || at + 1 == self.taken.len()).map(|(_, step)| *step).collect()
     }
 
     fn take(&mut self, view: &View<'_>) {
@@ -285,82 +286,44 @@ impl Schedule {
     }
 }
 
-/// Which of these ascending times lie most evenly from the first to the last: at most `wanted`, all if there are fewer.
-pub(crate) fn even(times: &[f64], wanted: usize) -> Vec<usize> {
-    let count = times.len();
-    if count <= wanted || wanted < 2 {
-        return (0..count.min(wanted)).collect();
-    }
-    let (first, last) = (times[0], times[count - 1]);
-    let mut chosen = Vec::with_capacity(wanted);
-    let mut free = 0;
-    for number in 0..wanted {
-        let ideal = first + (last - first) * number as f64 / (wanted - 1) as f64;
-        // Enough must be left for those that follow.
-        let most = count - (wanted - number);
-        let mut nearest = free;
-        while nearest < most && (times[nearest + 1] - ideal).abs() <= (times[nearest] - ideal).abs() {
-            nearest += 1;
-        }
-        chosen.push(nearest);
-        free = nearest + 1;
-    }
-    chosen
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     const DT: f64 = 1e-6;
 
-    /// Steps kept of a run.
-    fn kept(wanted: usize, end_time: f64, steps: u64) -> Vec<u64> {
+    /// Steps before the frames of a run.
+    fn chosen(wanted: usize, end_time: f64, steps: u64) -> Vec<u64> {
         let mut schedule = Schedule::new(wanted, end_time);
         (0..=steps).for_each(|step| schedule.pass(step, DT));
-        schedule.kept.iter().map(|[_, step]| *step).collect()
+        let end = schedule.wants_end(steps).then_some(steps);
+        let taken = schedule.kept.iter().map(|[_, step]| *step).chain(end).map(|step| (step, (0.0, None))).collect();
+        FrameCollector { wanted, schedule, scene: None, taken }.chosen()
     }
 
     #[test]
-    fn at_any_time_between_as_many_as_asked_for_and_twice_as_many_lie_evenly() {
+    fn whenever_a_run_ends_all_frames_but_the_last_are_equally_far_apart() {
         for steps in 64..=4000 {
-            let kept = kept(61, 4e-3, steps);
-            assert!((61..=121).contains(&kept.len()), "{} after {steps} steps", kept.len());
-            let gap = kept[1] - kept[0];
-            assert_eq!(kept[0], 0);
-            assert!(
-                kept.windows(2).all(|pair| pair[1] - pair[0] <= gap + 1 && pair[1] - pair[0] + 1 >= gap),
-                "{kept:?}"
-            );
-            assert!(steps - kept[kept.len() - 1] <= gap + 1, "the last of {steps}: {kept:?}");
+            let frames = chosen(61, 4e-3, steps);
+            assert!((61..=121).contains(&frames.len()), "{} after {steps} steps", frames.len());
+            let gaps: Vec<u64> = frames.windows(2).map(|pair| pair[1] - pair[0]).collect();
+            let Some((last, gaps)) = gaps.split_last() else { unreachable!("there are frames") };
+            assert!(gaps.iter().all(|gap| gap.abs_diff(gaps[0]) <= 1) && *last <= gaps[0] + 1, "{frames:?}");
+            assert!(frames[0] == 0 && steps - frames[frames.len() - 1] <= 1, "the last of {steps}: {frames:?}");
         }
     }
 
     #[test]
     fn a_run_that_reaches_its_end_time_has_frames_at_the_times_of_that() {
         for (wanted, steps) in [(2, 60), (6, 60), (6, 6), (13, 60), (61, 60), (200, 60)] {
-            let steps_kept = kept(wanted, steps as f64 * DT, steps);
-            let times: Vec<f64> = steps_kept.iter().map(|step| *step as f64 * DT).collect();
-            let chosen: Vec<u64> = even(&times, wanted).iter().map(|at| steps_kept[*at]).collect();
+            let chosen = chosen(wanted, steps as f64 * DT, steps);
             let ideal = |number: usize| (number as f64 * steps as f64 / (wanted - 1) as f64).round() as u64;
             let mut expected: Vec<u64> = (0..wanted).map(ideal).collect();
             expected.dedup();
             let off = chosen.iter().zip(&expected).map(|(got, expected)| got.abs_diff(*expected)).max();
             assert_eq!((chosen.len(), off <= Some(1)), (expected.len(), true), "{chosen:?}");
         }
-        assert_eq!(kept(1, 60e-6, 60), [0]);
-        assert!(kept(0, 60e-6, 60).is_empty());
-    }
-
-    #[test]
-    fn what_is_chosen_begins_and_ends_with_the_run_and_is_as_many_as_asked_for() {
-        let times: Vec<f64> = (0..97).map(f64::from).chain([96.3]).collect();
-        for wanted in 2..=98 {
-            let chosen = even(&times, wanted);
-            assert_eq!((chosen.len(), chosen[0], chosen[wanted - 1]), (wanted, 0, 97));
-            assert!(chosen.windows(2).all(|pair| pair[0] < pair[1]), "{chosen:?}");
-        }
-        assert_eq!(even(&times, 3), [0, 48, 97]);
-        assert_eq!((even(&times, 1), even(&times, 0), even(&times[..2], 3)), (vec![0], vec![], vec![0, 1]));
+        assert_eq!(chosen(1, 60e-6, 60), [0]);
+        assert!(chosen(0, 60e-6, 60).is_empty());
     }
 }

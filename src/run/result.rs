@@ -214,9 +214,8 @@ pub(crate) fn profile<S: Scalar>(model: &Model<S>, state: &State<S>, case: &Case
             force: 0.0,
         };
         if n < counts[axis] {
-            let (row, column) = place(n + 1);
-            let next = node_position(model, state, [0, row, column]);
-            let (row, column) = place(n);
+            let (next_row, next_column) = place(n + 1);
+            let next = node_position(model, state, [0, next_row, next_column]);
             let (row, column) = (row.min(mesh.rows - 1), column.min(mesh.columns - 1));
             let size = mesh.size(row, column);
             point.strain = (next - here).norm() / size[axis] - 1.0;

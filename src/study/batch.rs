@@ -3,10 +3,10 @@
 //! A shot is a function of case, seed, number and velocity; it does not depend on which others run. Its row is on the disk before the
 //! next one begins, and a row that is there is not computed again.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
-use std::panic::resume_unwind;
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::{fs, slice, thread};
 
@@ -20,7 +20,7 @@ use crate::run::batch::{DeviceBatch, PreparedShot};
 use crate::run::{self, Options, Precision, Run};
 
 /// Name of the file that says what a batch is of.
-pub(super) const PLAN: &str = "plan.json";
+const PLAN: &str = "plan.json";
 /// Shots tried for the names of the columns that a case draws: some cannot be set up.
 const TRIES: u32 = 16;
 /// Device memory of a batch at most [bytes].
@@ -54,7 +54,7 @@ pub struct BatchOptions<'a> {
     pub device: Option<&'a Device>,
     /// Raised: the shots under way are given up.
     pub interrupt: &'a AtomicBool,
-    /// Whether rows that lie in the folder are kept.
+    /// Whether the folder must hold the study already: rows that lie there are kept in any case.
     pub resume: bool,
     /// Receiver of the progress: shots, realisations or points that are done, and how many are wanted at most.
     pub progress: &'a (dyn Fn(u32, u32) + Sync),
@@ -107,7 +107,7 @@ impl<'a> Batch<'a> {
         let orders = (0..TRIES).map(|shot| ShotOrder { shot, velocity: None });
         let first = orders.filter_map(|order| order_case(&case, options.seed, order).ok()).next();
         let drawn = first.into_iter().flat_map(|shot| shot.drawn).map(|drawn| drawn.column).collect();
-        let table = Mutex::new(ShotTable::open(folder, name, drawn, options.resume)?);
+        let table = Mutex::new(ShotTable::open(folder, name, drawn)?);
         let runner = |device| Mutex::new(DeviceRunner { device, options: *options, batches: Vec::new() });
         Ok(Self { case, options: *options, table, device: options.device.map(runner) })
     }
@@ -322,11 +322,10 @@ impl<'a> DeviceRunner<'a> {
     }
 }
 
-/// Begins a study in a folder whose `files` are of an earlier one, or goes on with the one that is there. `parts`: all else that decides
-/// its rows.
+/// Begins a study in a folder without its `files`, or goes on with the one that is there. `parts`: all else that decides its rows.
 ///
 /// # Errors
-/// When the disk refuses, or the plan in the folder is missing or another one.
+/// When the disk refuses, or the files that are there have no plan or another one.
 pub(super) fn begin(
     command: &str,
     case: &Case,
@@ -347,21 +346,30 @@ pub(super) fn begin(
         "seed": options.seed,
         "options": parts,
     });
-    if options.resume {
+    let is_there =
+        |name: &&str| [(*name).to_owned(), partial(name)].iter().any(|name| folder.path().join(name).exists());
+    if options.resume || files.iter().any(is_there) {
         return Ok(check_plan(&plan, &folder.path().join(PLAN))?);
     }
-    folder.put(&[(PLAN, format!("{plan:#}\n"))], files)?;
+    folder.put(&[(PLAN, format!("{plan:#}\n"))], &[])?;
     Ok(())
+}
+
+/// Name of a table to which rows are appended.
+pub(super) fn partial(table: &str) -> String {
+    format!("{table}.partial")
 }
 
 /// Check that the plan in a file is this one.
 fn check_plan(plan: &Value, path: &Path) -> Result<(), CaseError> {
-    let help = "leave --resume out to begin anew, or give the same case and options as before";
-    let wrong =
-        |expected: String, found: String| CaseError::new(&path.display().to_string(), "", expected, found, help);
-    let missing = |found: String| wrong("the plan of a batch that was begun here".to_owned(), found);
-    let text = fs::read_to_string(path).map_err(|error| missing(error.to_string()))?;
-    let found: Value = serde_json::from_str(&text).map_err(|error| missing(error.to_string()))?;
+    let help = "give the same case and options as before, or another folder with --out DIR";
+    let wrong = |expected: String, found: String| CaseError::of_path(path, expected, found, help);
+    let parsed = fs::read_to_string(path).map_err(|error| error.to_string());
+    let parsed = parsed.and_then(|text| serde_json::from_str::<Value>(&text).map_err(|error| error.to_string()));
+    let found = parsed.map_err(|found| {
+        let help = "a batch begins without --resume in a folder that has none of its files; --out DIR names another";
+        wrong("the plan of a batch that was begun here".to_owned(), found).help(help)
+    })?;
     match ["version", "command", "seed", "options", "case"].into_iter().find(|name| found[*name] != plan[*name]) {
         None => Ok(()),
         Some("case") => Err(wrong("the case of this batch".to_owned(), "another case".to_owned())),
@@ -396,26 +404,20 @@ pub(super) fn in_threads<T: Send, E: Send>(
     numbers: Range<usize>,
     work: impl Fn(usize) -> Result<T, E> + Sync,
 ) -> Result<Vec<T>, E> {
-    let (next, failed) = (AtomicUsize::new(numbers.start), AtomicBool::new(false));
+    let threads = threads.min(numbers.len());
+    let (waiting, done) = (Mutex::new(numbers), Mutex::new(BTreeMap::new()));
+    let next = || locked(&waiting).next();
     let worker = || {
-        let mut done = Vec::new();
-        while !failed.load(Ordering::Relaxed) {
-            let number = next.fetch_add(1, Ordering::Relaxed);
-            if number >= numbers.end {
-                break;
-            }
+        while let Some(number) = next() {
             let result = work(number);
-            failed.fetch_or(result.is_err(), Ordering::Relaxed);
-            done.push((number, result));
+            if result.is_err() {
+                *locked(&waiting) = 0..0;
+            }
+            locked(&done).insert(number, result);
         }
-        done
     };
-    let mut done: Vec<(usize, Result<T, E>)> = thread::scope(|scope| {
-        let workers: Vec<_> = (0..threads.min(numbers.len())).map(|_| scope.spawn(worker)).collect();
-        workers.into_iter().flat_map(|worker| worker.join().unwrap_or_else(|panic| resume_unwind(panic))).collect()
-    });
-    done.sort_by_key(|(number, _)| *number);
-    done.into_iter().map(|(_, result)| result).collect()
+    thread::scope(|scope| (0..threads).for_each(|_| drop(scope.spawn(worker))));
+    done.into_inner().unwrap_or_else(PoisonError::into_inner).into_values().collect()
 }
 
 /// Access to a value, also after a panic elsewhere.

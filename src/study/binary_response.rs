@@ -15,8 +15,6 @@ const STEPS: usize = 500;
 const CLOSE: f64 = 1e-10;
 /// Newton decrement of steps that move no digit.
 const NOTHING: f64 = 1e-28;
-/// Step of the differences that give the curvature of the penalty.
-const DIFFERENCE: f64 = 1e-4;
 /// Share of a step that must lead upwards.
 const SHORTEST: f64 = 1e-9;
 
@@ -84,11 +82,6 @@ impl Outcomes {
         [sum(|group| group.perforated), sum(|group| group.stopped)]
     }
 
-    /// Velocities of the slowest and the fastest shot; NaN where there is none.
-    pub fn range(&self) -> [f64; 2] {
-        [self.groups.first(), self.groups.last()].map(|group| group.map_or(f64::NAN, |group| group.velocity))
-    }
-
     /// Velocity of the slowest perforation.
     pub fn slowest_perforation(&self) -> Option<f64> {
         self.groups.iter().find(|group| group.perforated > 0).map(|group| group.velocity)
@@ -124,8 +117,6 @@ pub struct Estimate {
     pub sigma: f64,
     /// Logarithm of the likelihood, each shot by itself, without a penalty.
     pub log_likelihood: f64,
-    /// Covariance of (μ, σ): inverse of the expected information.
-    pub covariance: [[f64; 2]; 2],
     /// Whether it is the maximum with Firth's penalty, for there is no overlap, and not that of the likelihood.
     pub firth: bool,
 }
@@ -145,13 +136,6 @@ impl Estimate {
     pub fn probability(&self, velocity: f64) -> f64 {
         normal::probability((velocity - self.mu) / self.sigma)
     }
-
-    /// Standard error of [`Estimate::velocity`], from the expected information.
-    pub fn standard_error(&self, p: f64) -> f64 {
-        let z = normal::quantile(p);
-        let [[mu, both], [_, sigma]] = self.covariance;
-        (mu + z * (2.0 * both + z * sigma)).sqrt()
-    }
 }
 
 /// Fit of μ and σ.
@@ -167,8 +151,7 @@ pub fn fit(outcomes: &Outcomes) -> Result<Estimate, &'static str> {
         return Err(INVERTED);
     }
     let (mu, sigma) = (problem.centre - line.x / line.y * problem.scale, problem.scale / line.y);
-    let covariance = inverse(information(outcomes, mu, sigma)).ok_or(UNSETTLED)?.map(|c| c * sigma * sigma).into();
-    Ok(Estimate { mu, sigma, log_likelihood: problem.log_likelihood(line), covariance, firth })
+    Ok(Estimate { mu, sigma, log_likelihood: problem.log_likelihood(line), firth })
 }
 
 /// Refusal of shots that no method can mend.
@@ -183,15 +166,6 @@ fn refuse(outcomes: &Outcomes) -> Result<(), &'static str> {
         _ if perforations <= stops => Err(INVERTED),
         _ => Ok(()),
     }
-}
-
-/// Expected information on (μ, σ) times σ²: Σ w \[1 z; z z²\].
-fn information(outcomes: &Outcomes, mu: f64, sigma: f64) -> Matrix2<f64> {
-    let of = |group: &Group| {
-        let z = (group.velocity - mu) / sigma;
-        moments(group.count() as f64 * normal::information(z), z)
-    };
-    outcomes.groups().iter().map(of).sum()
 }
 
 /// w \[1 z; z z²\].
@@ -250,9 +224,9 @@ impl Problem {
         self.points.iter().map(term).sum()
     }
 
-    /// Logarithm of the likelihood with Firth's penalty.
-    pub(super) fn penalised(&self, line: LinearPredictor) -> f64 {
-        self.log_likelihood(line) + 0.5 * self.information(line).determinant().ln()
+    /// Logarithm of the likelihood, with Firth's penalty if wanted.
+    pub(super) fn height(&self, line: LinearPredictor, penalty: bool) -> f64 {
+        self.log_likelihood(line) + if penalty { 0.5 * self.information(line).determinant().ln() } else { 0.0 }
     }
 
     /// Expected information on (α, β).
@@ -280,38 +254,23 @@ impl Problem {
         Some(self.points.iter().map(of).sum())
     }
 
-    /// Second derivatives, their sign turned. Those of the penalty are differences of its gradient.
-    fn curvature(&self, line: LinearPredictor, penalty: bool) -> Option<Matrix2<f64>> {
-        if penalty {
-            let row = |move_by: Vector2<f64>| {
-                let at = |sign: f64| self.gradient(line + sign * move_by, penalty);
-                Some(((at(-1.0)? - at(1.0)?) / (2.0 * DIFFERENCE)).transpose())
-            };
-            return Some(Matrix2::from_rows(&[row(DIFFERENCE * Vector2::x())?, row(DIFFERENCE * Vector2::y())?]));
-        }
-        let sides = |point: &StandardizedShots| {
-            let eta = line.x + line.y * point.u;
-            [(point.perforated, eta, point.u), (point.stopped, -eta, point.u)]
-        };
-        let shots = self.points.iter().flat_map(sides).filter(|(count, ..)| *count > 0.0);
-        Some(shots.map(|(count, eta, u)| moments(count * (normal::slope(eta) * (normal::slope(eta) + eta)), u)).sum())
-    }
-
-    /// Newton's method, or Fisher scoring where the curvature is no bowl. Each step is halved until it leads upwards; close to the maximum,
-    /// where heights no longer differ, it is taken as it is for as long as steps get shorter.
+    /// Fisher scoring. Each step is halved until it leads upwards; close to the maximum, where heights no longer differ, it is taken as it is
+    /// for as long as steps get shorter.
     fn maximise(&self, penalty: bool) -> Result<LinearPredictor, &'static str> {
-        let objective = |line: LinearPredictor| if penalty { self.penalised(line) } else { self.log_likelihood(line) };
         let mut line = LinearPredictor::new(0.0, 1.0);
         let mut last = f64::INFINITY;
         for _ in 0..STEPS {
-            let (step, decrement) = self.step(line, penalty).ok_or(UNSETTLED)?;
+            let gradient = self.gradient(line, penalty).ok_or(UNSETTLED)?;
+            let step = inverse(self.information(line)).ok_or(UNSETTLED)? * gradient;
+            // Twice the rise that the step promises.
+            let decrement = step.dot(&gradient);
             let close = decrement < CLOSE;
             if decrement < NOTHING || (close && decrement >= last) {
                 return Ok(line);
             }
             last = decrement;
-            let (mut share, height) = (1.0, objective(line));
-            while !close && objective(line + share * step) < height {
+            let (mut share, height) = (1.0, self.height(line, penalty));
+            while !close && self.height(line + share * step, penalty) < height {
                 share *= 0.5;
                 if share < SHORTEST {
                     return Err(UNSETTLED);
@@ -320,13 +279,5 @@ impl Problem {
             line += share * step;
         }
         Err(UNSETTLED)
-    }
-
-    /// Step of the search, and twice the rise that it promises.
-    fn step(&self, line: LinearPredictor, penalty: bool) -> Option<(Vector2<f64>, f64)> {
-        let gradient = self.gradient(line, penalty)?;
-        let curvature = self.curvature(line, penalty).filter(|m| m.m11 > 0.0 && m.determinant() > 0.0);
-        let step = inverse(curvature.unwrap_or_else(|| self.information(line)))? * gradient;
-        Some((step, step.dot(&gradient)))
     }
 }

@@ -8,7 +8,7 @@ use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
 
 use serde::Serialize;
 
-use super::binary_response::{Estimate, LinearPredictor, Outcomes, Problem, StandardizedShots};
+use super::binary_response::{Estimate, LinearPredictor, Outcomes, Problem};
 use crate::num::normal;
 use crate::output::number::short;
 
@@ -16,11 +16,6 @@ use crate::output::number::short;
 const STEPS: usize = 200;
 /// Part of the larger side that golden sections keep.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
-/// Slope β beyond which a fit is a step: shots are then explained without a rest.
-const STEEPEST: f64 = 1e9;
-
-/// Range of ln(σ/σ̂) that is searched.
-const SPREAD: f64 = 6.0;
 
 /// Ends of an interval; `None` where it has no end on that side.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -69,14 +64,13 @@ impl ProfileLikelihood {
     fn new(outcomes: &Outcomes, estimate: Option<&Estimate>, p: f64, below: f64) -> Option<Self> {
         let problem = Problem::new(outcomes);
         let z = normal::quantile(p);
-        let profile = |problem: Problem, penalty, cut, inside, step| Self { problem, z, penalty, cut, inside, step };
-        if let Some(estimate) = estimate {
+        if let Some(estimate @ Estimate { mu, sigma, firth, .. }) = estimate {
             let (centre, scale) = (problem.centre, problem.scale);
-            let line = LinearPredictor::new((centre - estimate.mu) / estimate.sigma, scale / estimate.sigma);
-            let penalty = estimate.firth;
-            let height = if penalty { problem.penalised(line) } else { problem.log_likelihood(line) };
+            let height = problem.height(LinearPredictor::new((centre - mu) / sigma, scale / sigma), *firth);
             let inside = (estimate.velocity(p) - centre) / scale;
-            return Some(profile(problem, penalty, height - below, inside, estimate.standard_error(p) / scale));
+            // About the standard error of V50.
+            let step = sigma / (scale * (outcomes.counts().iter().sum::<u64>() as f64).sqrt());
+            return Some(Self { problem, z, penalty: *firth, cut: height - below, inside, step });
         }
         // A step beyond all shots explains one outcome without a rest.
         let [low, high] = [problem.points.first()?.u, problem.points.last()?.u];
@@ -85,7 +79,7 @@ impl ProfileLikelihood {
             [_, 0] => low - 1.0,
             _ => return None,
         };
-        Some(profile(problem, false, -below, inside, 0.5))
+        Some(Self { problem, z, penalty: false, cut: -below, inside, step: 0.5 })
     }
 
     fn bounds(&self) -> Bounds {
@@ -100,20 +94,9 @@ impl ProfileLikelihood {
 
     /// Supremum far out on a side, where the chance no longer depends on velocity: it is then at most p above all shots, at least p below.
     fn flat(&self, side: f64) -> f64 {
-        let line = |alpha: f64| LinearPredictor::new(alpha, 0.0);
-        if self.penalty {
-            let [low, high] = if side > 0.0 { [self.z - 20.0, self.z] } else { [self.z, self.z + 20.0] };
-            return peak(|alpha| self.problem.penalised(line(alpha)), low, high, 1e-5).1;
-        }
-        let sum = |of: fn(&StandardizedShots) -> f64| self.problem.points.iter().map(of).sum::<f64>();
-        let (perforated, stopped) = (sum(|point| point.perforated), sum(|point| point.stopped));
-        let best = match perforated / (perforated + stopped) {
-            0.0 => f64::NEG_INFINITY,
-            1.0 => f64::INFINITY,
-            share => normal::quantile(share),
-        };
-        let alpha = if side > 0.0 { best.min(self.z) } else { best.max(self.z) };
-        if alpha.is_infinite() { 0.0 } else { self.problem.log_likelihood(line(alpha)) }
+        let height = |alpha: f64| self.problem.height(LinearPredictor::new(alpha, 0.0), self.penalty);
+        let [low, high] = if side > 0.0 { [self.z - 20.0, self.z] } else { [self.z, self.z + 20.0] };
+        peak(height, low, high, 1e-5).1
     }
 
     /// η = z + β (u − t).
@@ -121,62 +104,13 @@ impl ProfileLikelihood {
         LinearPredictor::new(self.z - beta * t, beta)
     }
 
-    /// Largest log-likelihood at t.
+    /// Largest log-likelihood at t. It is concave in β; the penalised one may have several maxima.
     fn height(&self, t: f64) -> f64 {
-        if self.penalty {
-            let at = |log: f64| self.problem.penalised(self.line(t, log.exp()));
-            let at = |log: f64| Some(at(log)).filter(|height| height.is_finite()).unwrap_or(f64::NEG_INFINITY);
-            return highest(at, -12.0, 8.0, 16, 1e-5).1;
-        }
-        self.problem.log_likelihood(self.line(t, self.steepness(t)))
-    }
-
-    /// Best β ≥ 0 at t: Newton's method between bounds.
-    fn steepness(&self, t: f64) -> f64 {
-        let slopes = |beta: f64| {
-            let mut sum = [0.0; 2];
-            for point in &self.problem.points {
-                let d = point.u - t;
-                let eta = self.z + beta * d;
-                let [pass, stop] = [(point.perforated, eta, 1.0), (point.stopped, -eta, -1.0)];
-                for (count, eta, sign) in [pass, stop] {
-                    if count > 0.0 {
-                        let slope = normal::slope(eta);
-                        sum[0] += sign * d * count * slope;
-                        sum[1] += d * d * count * (slope * (slope + eta));
-                    }
-                }
-            }
-            sum
-        };
-        if slopes(0.0)[0] <= 0.0 {
-            return 0.0;
-        }
-        let (mut low, mut high) = (0.0, 1.0);
-        while slopes(high)[0] > 0.0 {
-            low = high;
-            high *= 4.0;
-            if high > STEEPEST {
-                return high;
-            }
-        }
-        let mut beta = 0.5 * (low + high);
-        for _ in 0..STEPS {
-            let [slope, curvature] = slopes(beta);
-            if slope > 0.0 {
-                low = beta
-            } else {
-                high = beta
-            }
-            let next = beta + slope / curvature;
-            let next = if next > low && next < high { next } else { 0.5 * (low + high) };
-            // The height at the maximum is off by the square of this.
-            if (next - beta).abs() <= 1e-7 * beta {
-                return next;
-            }
-            beta = next;
-        }
-        beta
+        // Logarithms of β per spread of the velocities: from a chance that hardly changes to a step.
+        let (low, high, places) = if self.penalty { (-12.0, 8.0, 16) } else { (-12.0, 21.0, 1) };
+        let at = |log: f64| Some(self.problem.height(self.line(t, log.exp()), self.penalty));
+        let at = |log: f64| at(log).filter(|height| height.is_finite()).unwrap_or(f64::NEG_INFINITY);
+        highest(at, low, high, places, 1e-5).1
     }
 }
 
@@ -328,12 +262,9 @@ impl ThresholdSample {
         let z = normal::quantile(p);
         // Log-likelihood over its part that does not change, with the best σ.
         let height = |q: f64| {
-            let at = |log: f64| {
-                let sigma = self.sigma * log.exp();
-                let off = self.mean - q + z * sigma;
-                -n * log - 0.5 * n * (most_likely + off * off) / (sigma * sigma)
-            };
-            peak(at, -SPREAD, SPREAD, 1e-9).1
+            let off = self.mean - q;
+            let sigma = 0.5 * (off * z + (off * off * (z * z + 4.0) + 4.0 * most_likely).sqrt());
+            -n * (sigma / self.sigma).ln() - 0.5 * n * (most_likely + (off + z * sigma).powi(2)) / (sigma * sigma)
         };
         let best = -0.5 * n * (1.0 - 1.0 / n).ln() - 0.5 * n;
         let above = |q: f64| height(q) - (best - fall);
@@ -350,16 +281,9 @@ mod tests {
     /// Table of Abramowitz & Stegun, 26.10: P(|T| ≤ t).
     #[test]
     fn quantiles_of_students_t_are_the_printed_ones() {
-        for (level, degrees, expected) in [
-            (0.9, 1, 6.314),
-            (0.9, 2, 2.920),
-            (0.9, 3, 2.353),
-            (0.9, 10, 1.812),
-            (0.9, 30, 1.697),
-            (0.95, 5, 2.571),
-            (0.99, 7, 3.499),
-            (0.99, 120, 2.617),
-        ] {
+        for (level, degrees, expected) in
+            [(0.9, 1, 6.314), (0.9, 2, 2.920), (0.9, 30, 1.697), (0.95, 5, 2.571), (0.99, 120, 2.617)]
+        {
             let got = student_t(level, degrees);
             assert!((got - expected).abs() < 6e-4, "{level} {degrees}: {got} instead of {expected}");
         }

@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 
 use super::binary_response::{Group, Outcomes};
 use super::interval::{Bounds, highest, outer_end, student_t};
+use super::range_data::VelocityUnit;
 use super::report::ReportTable;
 use crate::output::number::short;
 
@@ -25,9 +26,9 @@ const PLACES: [usize; 2] = [40, 8];
 pub struct Quantile {
     /// Chance of a perforation.
     pub p: f64,
-    /// Velocity [m/s]; none without an estimate.
+    /// Velocity; none without an estimate.
     pub value: Option<f64>,
-    /// Interval of it [m/s].
+    /// Interval of it.
     #[serde(flatten)]
     pub bounds: Bounds,
 }
@@ -35,6 +36,8 @@ pub struct Quantile {
 /// Ballistic limit by every method.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Limit {
+    /// Unit of all velocities.
+    pub unit: VelocityUnit,
     /// Velocities by chance; their intervals are of the sampling alone.
     pub quantiles: Vec<Quantile>,
     /// Arithmetic V50 of each rule.
@@ -46,13 +49,14 @@ pub struct Limit {
 }
 
 impl Limit {
-    /// Limit with these velocities by chance. `outcomes`: shots of the arithmetic V50; `level`: confidence of intervals.
-    pub(super) fn new(quantiles: Vec<Quantile>, outcomes: Option<&Outcomes>, passed: Vec<Passed>, level: f64) -> Self {
+    /// Limit with these velocities by chance, without an arithmetic V50; `level`: confidence of intervals.
+    pub(super) fn new(unit: VelocityUnit, quantiles: Vec<Quantile>, passed: Vec<Passed>, level: f64) -> Self {
         let curves =
             [ResidualModel::RechtIpson, ResidualModel::LambertJonas].into_iter().filter(|_| !passed.is_empty());
         Self {
+            unit,
             quantiles,
-            arithmetic: outcomes.map(arithmetic_v50).unwrap_or_default(),
+            arithmetic: Vec::new(),
             residual: curves.map(|curve| (curve, residual_fit(curve, &passed, level))).collect(),
             passed,
         }
@@ -87,6 +91,7 @@ impl Limit {
 
     /// Tables of the velocities by chance, of the arithmetic V50 and of the curves.
     pub(super) fn tables(&self, level: f64) -> Vec<ReportTable> {
+        let unit = self.unit.symbol();
         let quantile = |quantile: &Quantile| {
             let value = quantile.value.map_or_else(|| "-".to_owned(), |value| short(value, 4));
             let [low, high] = quantile.bounds.words();
@@ -95,7 +100,7 @@ impl Limit {
         let rule = |found: &ArithmeticV50| {
             let words = match (&found.refused, found.value, found.spread) {
                 (None, Some(value), Some(spread)) => {
-                    format!("{} m/s, spread {} m/s", short(value, 4), short(spread, 3))
+                    format!("{} {unit}, spread {} {unit}", short(value, 4), short(spread, 3))
                 }
                 (why, ..) => format!("none: {}", why.as_deref().unwrap_or_default()),
             };
@@ -111,51 +116,47 @@ impl Limit {
         let mut curves_foot: Vec<String> = refused.map(|(curve, few)| format!("{}: {few}", curve.words())).collect();
         curves_foot.extend((!self.residual.is_empty()).then(|| "Vr = a (Vs^p - V0^p)^(1/p)".to_owned()));
         let foot = format!("{} % intervals, likelihood ratio", short(100.0 * level, 3));
-        let curve_heads = ["", "limit m/s", "low", "high", "a", "p", "scatter m/s"];
+        let [limit, scatter] = ["limit", "scatter"].map(|of| format!("{of} {unit}"));
+        let curve_heads = ["", &limit, "low", "high", "a", "p", &scatter];
         vec![
-            ReportTable::new("velocity by chance of a perforation", &["chance", "m/s", "low", "high"], 0)
+            ReportTable::new("velocity by chance of a perforation", &["chance", unit, "low", "high"], 0)
                 .rows(self.quantiles.iter().map(quantile), &foot),
             ReportTable::new("arithmetic V50", &[], 3).rows(self.arithmetic.iter().map(rule), ""),
             ReportTable::new("residual velocity", &curve_heads, 1)
                 .rows(self.fitted().map(curve), &curves_foot.join("\n")),
         ]
     }
-
-    /// Note on a fit that lies at an end of what is tried.
-    pub(super) fn note(&self) -> Option<String> {
-        let at_end = |found: &&ResidualFit| {
-            found.curve == ResidualModel::LambertJonas && !(1.001..9.99).contains(&found.exponent)
-        };
-        let exponent = short(self.fitted().find(at_end)?.exponent, 3);
-        Some(format!("Lambert-Jonas: p = {exponent} is an end of what is tried"))
-    }
 }
 
-/// Rules in use: standard, number of perforations and of stops, and largest less smallest velocity of all of them at most \[m/s\]: 60, 125,
-/// 125 ft/s and 40 m/s. MIL-STD-662F leaves the choice to the specification of the armour.
-const RULES: [(&str, u64, f64); 4] =
-    [("MIL-STD-662F", 2, 18.0), ("MIL-STD-662F", 3, 38.0), ("MIL-STD-662F", 5, 38.0), ("STANAG 2920", 3, 40.0)];
+/// Rules in use: standard, number of perforations and of stops, and largest less smallest velocity of all of them at most, in m/s and in ft/s.
+/// MIL-STD-662F leaves the choice to the specification of the armour.
+const RULES: [(&str, u64, [f64; 2]); 4] = [
+    ("MIL-STD-662F", 2, [18.0, 60.0]),
+    ("MIL-STD-662F", 3, [38.0, 125.0]),
+    ("MIL-STD-662F", 5, [38.0, 125.0]),
+    ("STANAG 2920", 3, [40.0, 131.2]),
+];
 
 /// Arithmetic V50 of a standard: mean of equally many lowest perforations and highest stops that lie close together.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ArithmeticV50 {
     /// Rule in words.
     pub rule: String,
-    /// Standard that has it.
+    /// Standard that has it; `own` of a spread that was asked for.
     pub standard: &'static str,
-    /// Mean velocity [m/s]; `None` where it is refused.
+    /// Mean velocity; `None` where it is refused.
     pub value: Option<f64>,
-    /// Largest less smallest velocity [m/s], where there are enough shots.
+    /// Largest less smallest velocity, where there are enough shots.
     pub spread: Option<f64>,
     /// Reason of a refusal: too few shots, or too wide a spread.
     pub refused: Option<String>,
 }
 
-/// Arithmetic V50 by every rule; velocities in m/s.
-pub fn arithmetic_v50(outcomes: &Outcomes) -> Vec<ArithmeticV50> {
-    let counts = outcomes.counts();
+/// Arithmetic V50 by every rule, and with a spread of one's own.
+pub fn arithmetic_v50(outcomes: &Outcomes, unit: VelocityUnit, spread: Option<f64>) -> Vec<ArithmeticV50> {
+    let (counts, symbol) = (outcomes.counts(), unit.symbol());
     let by = |(standard, pairs, most): (&'static str, u64, f64)| {
-        let rule = format!("{pairs} + {pairs} within {most} m/s");
+        let rule = format!("{pairs} + {pairs} within {most} {symbol}");
         if counts.iter().any(|count| *count < pairs) {
             let refused = Some(format!("perforations: {}, stops: {}", counts[0], counts[1]));
             return ArithmeticV50 { rule, standard, value: None, spread: None, refused };
@@ -167,10 +168,13 @@ pub fn arithmetic_v50(outcomes: &Outcomes) -> Vec<ArithmeticV50> {
         let spread = all().fold(f64::NEG_INFINITY, f64::max) - all().fold(f64::INFINITY, f64::min);
         // A spread that is met to the last digit written is met.
         let is_met = spread <= most * (1.0 + 1e-12);
-        let refused = (!is_met).then(|| format!("spread {} m/s, mean {} m/s", short(spread, 4), short(mean, 4)));
+        let refused =
+            (!is_met).then(|| format!("spread {} {symbol}, mean {} {symbol}", short(spread, 4), short(mean, 4)));
         ArithmeticV50 { rule, standard, value: is_met.then_some(mean), spread: Some(spread), refused }
     };
-    RULES.map(by).to_vec()
+    let rules = RULES.map(|(standard, pairs, most)| (standard, pairs, most[unit as usize]));
+    let own = spread.map(|most| [2, 3, 5].map(|pairs| ("own", pairs, most)));
+    rules.into_iter().chain(own.into_iter().flatten()).map(by).collect()
 }
 
 /// Velocities of the first `count` shots of an outcome.

@@ -12,7 +12,7 @@
 //! - [`limit`] has the arithmetic V50 of the standards and the limit from residual velocities.
 //! - [`report`] holds a result in words, tables and figures, for the terminal and the page.
 //!
-//! Velocities are in m/s.
+//! Velocities are in m/s; of [`range_data`], a table of shots, in the unit of its heading.
 
 pub mod batch;
 pub mod bench;
@@ -20,6 +20,7 @@ pub mod binary_response;
 pub mod fit;
 pub mod interval;
 pub mod limit;
+pub mod range_data;
 pub mod report;
 pub mod shots;
 pub mod sweep;

@@ -4,6 +4,7 @@ use maud::{Markup, html};
 
 use super::fit::Fit;
 use super::limit::{Limit, ResidualModel};
+use super::range_data::VelocityUnit;
 use super::v50_result::{ThresholdSample, V50Result};
 use crate::output::number::short;
 use crate::output::report::plot::{Figure, Plot};
@@ -65,8 +66,9 @@ impl ReportTable {
 }
 
 /// Headline of a V50 with its interval.
-pub(super) fn headline(v50: f64, level: f64, [low, high]: [String; 2]) -> String {
-    format!("V50 {} m/s, {} % interval {low} to {high} m/s", short(v50, 4), short(100.0 * level, 3))
+pub(super) fn headline(v50: f64, unit: VelocityUnit, level: f64, [low, high]: [String; 2]) -> String {
+    let (v50, level, unit) = (short(v50, 4), short(100.0 * level, 3), unit.symbol());
+    format!("V50 {v50} {unit}, {level} % interval {low} to {high} {unit}")
 }
 
 impl Report {
@@ -134,14 +136,17 @@ pub(super) fn roomy([low, high]: [f64; 2], part: f64, of_end: f64) -> [f64; 2] {
     [low - room, high + room]
 }
 
-const CHANCE: [&str; 2] = ["impact velocity [m/s]", "chance of a perforation"];
+/// Plot of the chance of a perforation over velocity, with nothing in it.
+fn chance_plot(range: [f64; 2], unit: VelocityUnit) -> Plot {
+    Plot::new(range, [0.0, 1.0], [&format!("impact velocity [{}]", unit.symbol()), "chance of a perforation"])
+}
 
 /// Chance of a perforation over velocity, with the shots and the intervals.
 pub(super) fn chance_panel(fit: &Fit) -> Figure {
     let quantiles = &fit.limit.quantiles;
     let values = quantiles.iter().filter_map(|quantile| quantile.value);
-    let range = roomy(ends(values.chain(fit.outcomes.range())), 0.2, 1e-3);
-    let mut plot = Plot::new(range, [0.0, 1.0], CHANCE);
+    let range = roomy(ends(values.chain(fit.outcomes.groups().iter().map(|group| group.velocity))), 0.2, 1e-3);
+    let mut plot = chance_plot(range, fit.limit.unit);
     for quantile in quantiles.iter().filter(|quantile| quantile.value.is_some()) {
         let ends = [quantile.bounds.low.unwrap_or(range[0]), quantile.bounds.high.unwrap_or(range[1])];
         plot.line("ink interval", "", &ends.map(|end| [end.clamp(range[0], range[1]), quantile.p]));
@@ -168,7 +173,7 @@ pub(super) fn threshold_panel(result: &V50Result, sample: &ThresholdSample) -> F
     middles.sort_by(f64::total_cmp);
     let bounds = [result.bounds.low, result.bounds.high];
     let range = roomy(ends(middles.iter().copied().chain(bounds.into_iter().flatten())), 0.15, 2e-3);
-    let mut plot = Plot::new(range, [0.0, 1.0], CHANCE);
+    let mut plot = chance_plot(range, result.limit.unit);
     if let [Some(low), Some(high)] = bounds {
         plot.line("ink interval", "", &[[low, 0.5], [high, 0.5]]);
     }
@@ -187,8 +192,8 @@ pub(super) fn residual_panel(limit: &Limit) -> Option<Figure> {
     let [slowest, _] = ends(passed.iter().map(|shot| shot.impact).chain(limit.fitted().map(|found| found.limit)));
     let range = roomy([slowest, fastest], 0.05, 5e-5);
     let residuals = passed.iter().map(|shot| shot.residual).chain(limit.fitted().map(|found| found.residual(range[1])));
-    let titles = ["impact velocity [m/s]", "residual velocity [m/s]"];
-    let mut plot = Plot::new(range, [0.0, residuals.fold(0.0, f64::max)], titles);
+    let [impact, residual] = ["impact", "residual"].map(|of| format!("{of} velocity [{}]", limit.unit.symbol()));
+    let mut plot = Plot::new(range, [0.0, residuals.fold(0.0, f64::max)], [&impact, &residual]);
     for found in limit.fitted() {
         // The curve rises from the limit with an infinite slope: its points are dense there.
         let squared = evenly([0.0, 1.0]).map(|share| found.limit + (range[1] - found.limit) * share * share);

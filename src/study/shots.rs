@@ -11,7 +11,8 @@ use csv::StringRecord;
 use serde_json::json;
 
 use super::batch::{self, Batch, BatchError, BatchOptions, ShotOrder, notes};
-use super::fit::{Fit, FitRow, fit};
+use super::fit::{Fit, fit};
+use super::range_data::{FitRow, RangeData};
 use super::report::Report;
 use crate::case::{Case, CaseError, Drawn, RANGE_STREAM};
 use crate::num::random::DrawKey;
@@ -107,13 +108,19 @@ pub(super) fn missing(table: &ShotTable, request: &ShotsRequest, seed: u32) -> V
 /// Fires the shots that are not there yet and writes the table and the page.
 ///
 /// # Errors
-/// See [`BatchError`]; rows so far stay.
+/// See [`BatchError`]; rows so far stay. Fewer shots than there are rows would lose some.
 pub fn run(
     case: &Case,
     request: &ShotsRequest,
     options: &BatchOptions<'_>,
     folder: &Folder,
 ) -> Result<ShotsResult, BatchError> {
+    let last = rows_in(folder, TABLE).last_key_value().map_or(0, |((shot, _), _)| shot + 1);
+    if last > request.count {
+        let (expected, found) = (format!("--count {last} or more: shots so far"), format!("--count {}", request.count));
+        let help = "or choose another folder with --out DIR";
+        return Err(CaseError::of_path(&folder.path().join(TABLE), expected, found, help).into());
+    }
     let batch = begin(case, request, options, folder)?;
     let missing = missing(&batch.table(), request, options.seed);
     let done = AtomicU32::new(request.count - missing.len() as u32);
@@ -123,7 +130,8 @@ pub fn run(
     })?;
     let table = batch.table().text(request.count);
     let rows: Vec<ShotRow> = batch.table().rows(request.count).cloned().collect();
-    let fit = fit(&rows.iter().filter_map(ShotRow::fit_row).collect::<Vec<FitRow>>(), request.level);
+    let data = RangeData { rows: rows.iter().filter_map(ShotRow::fit_row).collect(), ..RangeData::default() };
+    let fit = fit(&data, request.level, None);
     let result = ShotsResult { rows, fit };
     let page = result.report(case).html(&format!("Shots: {}", case.title), "shots.csv");
     let json = format!("{:#}\n", result.fit.json());
@@ -326,13 +334,9 @@ impl ShotTable {
     ///
     /// # Errors
     /// When the disk refuses.
-    pub(super) fn open(folder: &Folder, name: &str, drawn: Vec<String>, resume: bool) -> Result<Self, BatchError> {
-        let partial = format!("{name}.partial");
-        let path = folder.path().join(&partial);
-        // A batch that had ended left its sorted table: a longer one begins there.
-        let whole = folder.path().join(name);
-        let earlier = if path.exists() { &path } else { &whole };
-        let rows = if resume { read(&fs::read(earlier).unwrap_or_default()) } else { BTreeMap::new() };
+    pub(super) fn open(folder: &Folder, name: &str, drawn: Vec<String>) -> Result<Self, BatchError> {
+        let partial = batch::partial(name);
+        let (path, rows) = (folder.path().join(&partial), rows_in(folder, name));
         // Replaced as a whole: a kill here loses no row.
         folder.put(&[(&*partial, text(&drawn, rows.values()))], &[])?;
         let file = File::options().append(true).open(&path);
@@ -377,6 +381,12 @@ impl ShotTable {
 fn text<'a>(drawn: &[String], rows: impl Iterator<Item = &'a ShotRow>) -> String {
     let columns = FIRST.into_iter().chain(drawn.iter().map(String::as_str)).chain(LAST);
     rows.fold(columns.collect::<Vec<_>>().join(",") + "\n", |text, row| text + &row.line(drawn))
+}
+
+/// Rows of the table of this name: appended so far, or sorted by a batch that had ended, where a longer one begins.
+fn rows_in(folder: &Folder, name: &str) -> BTreeMap<ShotKey, ShotRow> {
+    let [partial, whole] = [&batch::partial(name), name].map(|name| fs::read(folder.path().join(name)));
+    read(&partial.or(whole).unwrap_or_default())
 }
 
 /// Rows of a table, of which the last line may be cut.

@@ -18,7 +18,8 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use serde_json::json;
 
 use super::batch::{self, Batch, BatchError, BatchOptions, ShotOrder, in_threads};
-use super::fit::{self, FitRow};
+use super::fit;
+use super::range_data::FitRow;
 use super::shots::ShotRow;
 pub use super::v50_result::V50Request;
 use super::v50_result::V50Result;

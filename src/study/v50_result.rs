@@ -7,6 +7,7 @@ use super::batch::notes;
 pub use super::interval::ThresholdSample;
 use super::interval::{Bounds, student_t};
 use super::limit::{Limit, Passed, QUANTILES, Quantile};
+use super::range_data::VelocityUnit;
 use super::report::{Report, ReportTable, headline, residual_panel, threshold_panel};
 use super::v50::{AS_WOVEN, FoundThreshold, middle};
 use crate::case::{Accuracy, Case, Numerics, case_hash};
@@ -48,12 +49,9 @@ pub struct Refinement {
 impl Refinement {
     /// Refinement from pairs of thresholds, on the mesh of the case and on the finer one, in one unit; `None` without a pair.
     pub fn new(pairs: &[[f64; 2]]) -> Option<Self> {
-        let count = pairs.len() as f64;
-        let ratios = || pairs.iter().map(|[coarse, fine]| fine / coarse);
-        let ratio = ratios().sum::<f64>() / count;
-        let squares: f64 = ratios().map(|each| (each - ratio).powi(2)).sum();
-        let sigma = if pairs.len() > 1 { (squares / (count - 1.0)).sqrt() } else { 0.0 };
-        (!pairs.is_empty()).then_some(Self { count: pairs.len(), ratio, sigma })
+        let ratios: Vec<f64> = pairs.iter().map(|[coarse, fine]| fine / coarse).collect();
+        let ThresholdSample { count, mean, sigma } = ThresholdSample::new(&ratios, 0.0)?;
+        Some(Self { count, ratio: mean, sigma })
     }
 
     /// Factor of limits on the mesh of the case [-].
@@ -172,14 +170,14 @@ impl V50Result {
         let count = middles.len().max(1) as f64;
         let width = brackets.map(|[low, high]| high - low).sum::<f64>() / count;
         let Some(sample) = ThresholdSample::new(&middles, width) else {
-            result.limit = Limit::new(Vec::new(), None, passed, level);
+            result.limit = Limit::new(VelocityUnit::default(), Vec::new(), passed, level);
             return result;
         };
         // A single threshold of a case in which nothing varies is no sample.
         let chances = if sample.count == 1 { &[0.5][..] } else { &QUANTILES };
         let quantile =
             |p: &f64| Quantile { p: *p, value: Some(sample.quantile(*p)), bounds: sample.interval(*p, level) };
-        result.limit = Limit::new(chances.iter().map(quantile).collect(), None, passed, level);
+        result.limit = Limit::new(VelocityUnit::default(), chances.iter().map(quantile).collect(), passed, level);
         // The middle of a bracket is off by half of it at most; the mean of many by less.
         let refined = result.refinement.map_or(0.0, |refinement| 1.0 / refinement.count as f64);
         let bracket = 0.5 * width * (1.0 / count + refined).sqrt();
@@ -351,7 +349,7 @@ impl V50Result {
             let limit = format!("ballistic limit {} m/s, numerical error: {low} to {high} m/s", short(v50, 4));
             return vec![limit, format!("of that: mesh and time step {numerical}, bracket {bracket}"), over_measured()];
         }
-        let mut lines = vec![headline(v50, level, self.bounds.words())];
+        let mut lines = vec![headline(v50, self.limit.unit, level, self.bounds.words())];
         lines.extend(self.sigma.map(|sigma| format!("σ {} m/s", short(sigma, 3))));
         lines.push(format!("of that: sampling {sampling}, mesh and time step {numerical}, brackets {bracket}"));
         lines.push(over_measured());
@@ -382,7 +380,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn pairs_give_their_mean_ratio_and_students_interval() {
+    fn pairs_give_their_mean_ratio_and_students_interval_and_one_a_ratio_alone() {
         let pairs = [[100.0, 103.0], [200.0, 202.0], [50.0, 51.0], [80.0, 83.2]];
         let Some(found) = Refinement::new(&pairs) else { unreachable!("there are pairs") };
         assert!((found.ratio - 1.025).abs() < 1e-12 && found.count == 4);
@@ -390,10 +388,6 @@ mod tests {
         assert!((found.sigma - sigma).abs() < 1e-12, "{found:?}");
         // Student's t of three degrees of freedom at 90 %: 2.353.
         assert!((found.half_width(0.9) - 1.5 * 2.353_363 * sigma / 2.0).abs() < 1e-6, "{}", found.half_width(0.9));
-    }
-
-    #[test]
-    fn one_pair_has_a_ratio_alone() {
         let found = Refinement::new(&[[180.0, 185.4]]);
         assert_eq!(found.map(|found| (found.count, found.half_width(0.9))), Some((1, 0.0)));
         // 180, 185.4, and 190.8 if the error is of first order: the middle of the last two, and half of what is between them.

@@ -38,13 +38,18 @@ const SHOTS: &str = "shots shot.json --count 8 --velocity 50..120 -o out";
 
 #[cfg(unix)]
 #[test]
-fn ctrl_c_ends_a_batch_with_what_it_has() {
+fn ctrl_c_ends_a_batch_with_what_it_has_and_what_there_was() {
     let bench = bench();
-    let output =
-        bench.interrupt(&["shots", "shot.json", "--count", "5000", "--velocity", "50..120", "-o", "out"], "out");
+    assert_eq!(code(&typed(&bench, SHOTS)), 0);
+    let finished = ["plan.json", "shots.csv", "shots.html", "shots.json"];
+    let texts = || finished.map(|name| bench.text(&format!("out/{name}")));
+    let before = texts();
+    let longer = SHOTS.replace("--count 8", "--count 5000");
+    let output = bench.interrupt(&longer.split(' ').collect::<Vec<_>>(), "out/shots.csv.partial");
     assert_eq!(code(&output), 130);
-    assert!(stderr(&output).contains("--resume goes on"), "{}", stderr(&output));
-    assert!(bench.path("out/shots.csv.partial").exists() && bench.path("out/plan.json").exists());
+    assert!(stderr(&output).contains("the same command goes on"), "{}", stderr(&output));
+    // What was finished stays until more is.
+    assert!(texts() == before && bench.text("out/shots.csv.partial").lines().count() >= 9);
 }
 
 #[test]
@@ -79,7 +84,8 @@ fn a_limit_has_its_agreed_names() {
     case["pack"] = json!({"width_mm": 7.62, "height_mm": 7.62});
     case["projectile"] = json!({"shape": "sphere", "diameter_mm": 3, "mass_g": 0.05, "velocity_m_s": 120});
     let bench = bench_of(&case);
-    let text = stdout(&typed(&bench, "v50 shot.json --count 3 --refined 1 --bracket 3% -o limit"));
+    let line = "v50 shot.json --count 3 --refined 1 --bracket 3% -o limit";
+    let text = stdout(&typed(&bench, line));
     assert!(bench.path("limit/v50-refined.csv").exists(), "{text}");
     assert!(text.contains("thresholds: 3 of 3") && text.contains("of that: sampling ±"), "{text}");
     let json = bench.json("limit/v50.json");
@@ -87,6 +93,16 @@ fn a_limit_has_its_agreed_names() {
     assert!((60.0..250.0).contains(&v50), "{v50}");
     assert_eq!(json["realisations"], 3);
     assert!(bench.text("limit/v50.html").contains("thresholds of realisations"));
+    // Another V50 would replace it; this one is there.
+    let other = typed(&bench, &line.replace("3%", "2%"));
+    assert!(code(&other) == 2 && stderr(&other).contains("help: give the same case and options"), "{}", stderr(&other));
+    let again = typed(&bench, line);
+    assert_eq!((stdout(&again), bench.json("limit/v50.json")), (text, json));
+    assert_eq!(
+        stderr(&again),
+        "note: limit: shots that were there are not fired again
+"
+    );
 }
 
 #[test]
@@ -202,18 +218,65 @@ fn a_fit_has_its_agreed_names_and_says_how_it_was_made() {
     assert!(found["no_estimate"].as_str().unwrap().contains("every shot was stopped"), "{found:#}");
 }
 
+/// The same shots as different people write them: heading, marks of a stop and a perforation (empty: none), and what stands for no residual
+/// velocity.
 #[test]
-fn residual_velocities_and_the_rules_of_standards_are_in_the_results() {
-    let exact = |velocity: f64| format!("{velocity},1,{}\n", (velocity * velocity - 300.0 * 300.0).sqrt());
-    let passed: String = [305.0, 310.0, 320.0, 340.0, 380.0].map(exact).concat();
-    let text = format!("velocity_m_s,perforated,residual_velocity_m_s\n280,0,0\n295,0,\n299,0,\n306,0,\n{passed}");
-    let bench = fit_bench(&[("shots.csv", &text)]);
-    let found = fit_json(&bench, &["shots.csv"]);
-    for (curve, name) in found["residual"].as_array().unwrap().iter().zip(["Recht-Ipson", "Lambert-Jonas"]) {
-        assert_eq!(curve["curve"], name);
-        near(&curve["limit"], 300.0, 1e-3);
+fn range_data_is_read_as_it_is_written() {
+    const SHOTS: &str = "390.5 0,402.5 0,411 60.2,415 0,421.5 95.2,428 0,433.5 130.2,440.5 160.2";
+    let shots: Vec<[f64; 2]> = SHOTS
+        .split(',')
+        .map(|shot| shot.split_once(' ').map(|(v, left)| [v, left].map(|n| n.parse().unwrap())).unwrap())
+        .collect();
+    let written = |head: &str, marks: [&str; 2], none: &str, unit: f64| {
+        let separator = if head.contains(';') { ";" } else { [",", "\t"][usize::from(head.contains('\t'))] };
+        let line = |[velocity, left]: &[f64; 2]| {
+            let left_text = if *left > 0.0 { format!("{left}") } else { none.to_owned() };
+            let cells = [format!("{:?}", velocity / unit), marks[usize::from(*left > 0.0)].to_owned(), left_text];
+            let cells: Vec<String> =
+                cells.into_iter().filter(|cell| !cell.is_empty() || !marks[0].is_empty()).collect();
+            let line = cells.join(separator) + "\n";
+            if separator == ";" { line.replace('.', ",") } else { line }
+        };
+        format!("{head}\n{}", shots.iter().map(line).collect::<String>())
+    };
+    let plain = written("velocity_m_s,perforated,residual_velocity_m_s", ["0", "1"], "", 1.0);
+    let bench = fit_bench(&[("plain.csv", &plain)]);
+    let expected = fit_json(&bench, &["plain.csv"]);
+    assert_eq!((&expected["unit"], &expected["shots"]), (&json!("m/s"), &json!(8)));
+    let named: &[&str] =
+        &["--column", "velocity=Speed", "--column=perforated=Through?", "--column=residual=v", "--unit=m/s"];
+    for (head, marks, none, more, options) in [
+        ("v [m/s]; Result ;Vr [m/s]", ["PP", "cp"], "NA", "", &[][..]),
+        ("\u{feff}# range 7\r\nStriking velocity (m/s)\tOutcome\tV_r (m/s)", ["Stopped", "Perforated"], "n/a", "", &[]),
+        ("Vs (m/s),Vr (m/s)", ["", ""], "0", "", &[]),
+        ("vs,vr", ["", ""], "0", "", &["--unit", "m/s"]),
+        ("Speed,Through?,v", ["no", "YES"], "-", "na,yes,\n450,,\n", named),
+    ] {
+        fs::write(bench.path("other.csv"), written(head, marks, none, 1.0) + more).unwrap();
+        let mut found = fit_json(&bench, &[&["other.csv"], options].concat());
+        let notes = found["notes"].take();
+        let says = notes.to_string().contains("lines without a velocity or an outcome: 2, left out");
+        assert_eq!(says, !more.is_empty(), "{notes}");
+        for key in ["mu", "sigma", "quantiles", "arithmetic", "residual"] {
+            assert_eq!(found[key], expected[key], "{key} of {head}");
+        }
     }
-    assert_eq!(found["arithmetic"][2]["refused"], "perforations: 5, stops: 4");
+    // Velocities in feet per second stay in feet per second, those of another column are turned into it, and rules are those of the standard.
+    let feet = written("velocity_ft_s,perforated,residual_velocity_m_s", ["false", "true"], "", 0.3048);
+    fs::write(bench.path("feet.csv"), feet).unwrap();
+    let found = fit_json(&bench, &["feet.csv", "--spread", "70"]);
+    for (got, of) in
+        [(&found["mu"], &expected["mu"]), (&found["residual"][0]["limit"], &expected["residual"][0]["limit"])]
+    {
+        near(got, of.as_f64().unwrap() / 0.3048, 1e-4);
+    }
+    let own = &found["arithmetic"][4];
+    assert_eq!((&found["unit"], &found["arithmetic"][0]["rule"]), (&json!("ft/s"), &json!("2 + 2 within 60 ft/s")));
+    assert_eq!((&own["standard"], &own["rule"]), (&json!("own"), &json!("2 + 2 within 70 ft/s")));
+    near(&own["value"], (411.0 + 415.0 + 421.5 + 428.0) / 4.0 / 0.3048, 1e-6);
+    let text = stdout(&fit(&bench, &["feet.csv", "-o", "out/fit"]));
+    assert!(text.contains("V50 1373 ft/s") && !text.contains(" m/s"), "{text}");
+    assert!(bench.text("out/fit/fit.html").contains("impact velocity [ft/s]"));
 }
 
 #[test]
@@ -234,16 +297,19 @@ fn files_are_whole_and_need_nothing_else() {
 fn a_bad_table_is_one_error_and_nothing_is_written() {
     let head = "velocity_m_s,perforated,count,residual_velocity_m_s\n";
     let lines = |line: &str| format!("{head}400,0,,\n{line}\n");
-    let tables: [(&str, String, &str); 15] = [
-        ("no-velocity", "velocity,perforated\n1,1\n".into(), "line 1|a column velocity_m_s|\"velocity\""),
-        ("no-outcome", "velocity_m_s,outcome\n1,1\n".into(), "line 1|a column perforated|\"outcome\""),
-        ("empty", String::new(), "no shot"),
-        ("heading", head.into(), "no shot"),
+    let tables: [(&str, String, &str); 14] = [
+        (
+            "no-unit",
+            "velocity,perforated\n1,1\n".into(),
+            "line 1|a column velocity_m_s or velocity_ft_s, or --unit|\"velocity\"",
+        ),
+        ("no-velocity", "x_m_s,perforated\n1,1\n".into(), "line 1|a column velocity_m_s|\"x_m_s\""),
+        ("no-outcome", "velocity_m_s,hit\n1,1\n".into(), "line 1|a column perforated|\"hit\""),
+        ("empty", String::new(), "a column velocity_m_s"),
         ("none", lines("410,1,0,").replace("400,0,,", "400,0,0,"), "no shot"),
         ("word", lines("fast,1,,"), "line 3, column velocity_m_s|\"fast\""),
-        ("missing", lines(",1,,"), "line 3, column velocity_m_s|\"\""),
-        ("nan", lines("NaN,1,,"), "line 3, column velocity_m_s|\"NaN\""),
-        ("two", lines("410,2,,"), "line 3, column perforated|0 where it was stopped|\"2\""),
+        ("nothing", format!("{head},1,,\n400,na,,\n"), "no shot"),
+        ("two", lines("410,2,,"), "line 3, column perforated|stopped where it was stopped|\"2\""),
         ("part", lines("410,1,1.5,"), "line 3, column count|\"1.5\""),
         ("stopped", lines("410,0,1,50"), "line 3, column residual_velocity_m_s|stopped|\"50\""),
         ("faster", lines("410,1,1,411"), "line 3, column residual_velocity_m_s|410 m/s|\"411\""),
@@ -259,15 +325,20 @@ fn a_bad_table_is_one_error_and_nothing_is_written() {
         }
         refused(&bench, &[&file, "-o", "out"], &format!("{file}|expected: |found: |help: |{named}"));
     }
-    fs::write(bench.path("shots.csv"), PUBLISHED).unwrap();
+    ["shots.csv", "fit.json"].iter().for_each(|name| fs::write(bench.path(name), PUBLISHED).unwrap());
     for (arguments, named) in [
         (&["shots.csv", "--level", "90"][..], "--level|90%"),
+        (&["shots.csv", "--unit", "ft/s"], "line 1|velocities in ft/s, as --unit says|\"velocity_m_s\""),
+        (&["shots.csv", "--column", "velocity=Speed"], "line 1|a column Speed|\"velocity_m_s\""),
+        (&["shots.csv", "--column", "speed=x"], "velocity, perforated, count or residual"),
+        (&["shots.csv", "--spread", "0"], "--spread|a number above 0"),
         (&["shots.csv", "-o", "shots.csv"], "a file"),
+        (&["fit.json", "-o", "."], "fit.json, which was read"),
         (&[], "DATA.csv"),
     ] {
         refused(&bench, arguments, named);
     }
-    assert!(!bench.path("out").exists());
+    assert!(!bench.path("out").exists() && bench.text("fit.json") == PUBLISHED);
 }
 
 #[track_caller]
@@ -280,11 +351,4 @@ fn refused(bench: &Bench, arguments: &[&str], named: &str) {
         assert!(message.contains(part), "{part} of {arguments:?}: {message}");
     }
     assert!(output.stdout.is_empty());
-}
-
-#[test]
-fn results_never_replace_the_shots() {
-    let bench = fit_bench(&[("fit.json", PUBLISHED)]);
-    refused(&bench, &["fit.json", "-o", "."], "fit.json, which was read");
-    assert_eq!(bench.text("fit.json"), PUBLISHED);
 }

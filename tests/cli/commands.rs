@@ -61,7 +61,9 @@ fn check_prints_every_field_and_what_follows_and_refuses_bad_cases() {
         assert!(text.contains(&field.pointer) && text.contains(&field.value), "{}", field.pointer);
     }
     let mirrored = "a quarter, mirrored at x = 0 and y = 0";
-    for part in ["critical time step", "set by:", "steps", "element-steps", "memory", "elements", "576", mirrored] {
+    for part in
+        ["critical time step", "set by:", "steps", "element-steps", "run time", "memory", "elements", "576", mirrored]
+    {
         assert!(text.contains(part), "{part} in\n{text}");
     }
     assert_eq!(bench.names("."), ["shot.json"]);
@@ -164,11 +166,10 @@ fn bench_measures_every_choice() {
 
 #[test]
 fn bench_prints_a_table_and_what_was_left_out() {
-    let bench = Bench::new(&small());
-    let shrunk = ["/pack/width_mm=17.8", "/pack/height_mm=17.8", "/solver/end_time_us=3"];
-    let mut arguments = vec!["bench", "shot.json", "--backend", "cpu", "--out", "here"];
-    arguments.extend(shrunk.iter().flat_map(|set| ["--set", set]));
-    let output = bench.ripstop(&arguments);
+    let mut case = small_with("/pack", json!({"width_mm": 17.8, "height_mm": 17.8}));
+    case["solver"]["end_time_us"] = json!(3);
+    let bench = Bench::new(&case);
+    let output = bench.ripstop(&["bench", "shot.json", "--backend", "cpu", "--out", "here"]);
     assert_eq!((code(&output), stderr(&output)), (0, String::new()));
     for part in [
         "a small shot",

@@ -63,6 +63,17 @@ fn numbers_on_the_terminal_are_those_of_the_summary() {
     }
 }
 
+/// Red where Mesa's layer of Vulkan is there.
+#[cfg(target_os = "linux")]
+#[test]
+fn libraries_of_drivers_are_not_heard() {
+    let bench = Bench::new(&small());
+    let line = ["-u", "XDG_RUNTIME_DIR", "-u", "WAYLAND_DISPLAY", env!("CARGO_BIN_EXE_ripstop"), "info", "shot.json"];
+    let output = Command::new("env").args(line).current_dir(bench.folder.path()).output().unwrap();
+    assert_eq!((code(&output), stderr(&output)), (0, String::new()));
+    assert!(stdout(&output).contains("a small shot"), "{}", stdout(&output));
+}
+
 #[test]
 fn a_reader_that_goes_away_is_no_error() {
     let bench = Bench::new(&small());

@@ -107,21 +107,42 @@ fn a_batch_that_was_broken_off_anywhere_ends_as_if_it_had_not_been() {
 }
 
 #[test]
-fn only_the_same_batch_goes_on() {
-    let place = TempDir::new().unwrap();
-    fire(&small(&[VARIES]), 2, 2, place.path(), false).unwrap();
-    let error = |case: &Case, options: &BatchOptions<'_>, path: &Path| {
-        shots::run(case, &shots_request(2), options, &folder(path)).unwrap_err().to_string()
+fn the_same_batch_goes_on_and_another_is_refused_and_deletes_nothing() {
+    let [place, other] = [TempDir::new().unwrap(), TempDir::new().unwrap()];
+    let (case, heavier) = (small(&[VARIES]), small(&[VARIES, "/projectile/mass_g=0.6"]));
+    fire(&case, 2, 2, place.path(), false).unwrap();
+    mark(&place.path().join("shots.csv"));
+    let before = files(place.path());
+    let refused = |case: &Case, count: u32, options: &BatchOptions<'_>, path: &Path, words: &str| {
+        let error = shots::run(case, &shots_request(count), options, &folder(path)).unwrap_err().to_string();
+        assert!(error.contains(words) && error.contains("help:") && error.contains("--out DIR"), "{error}");
     };
-    let heavier = small(&[VARIES, "/projectile/mass_g=0.6"]);
-    assert!(error(&heavier, &options(1, true), place.path()).contains("another case"));
-    let seed = BatchOptions { seed: 4, ..options(1, true) };
-    assert!(error(&small(&[VARIES]), &seed, place.path()).contains("expected: seed 4"));
-    let empty = TempDir::new().unwrap();
-    let error = error(&small(&[VARIES]), &options(1, true), empty.path());
-    assert!(error.contains("the plan of a batch that was begun here") && error.contains("help:"), "{error}");
-    // The rows that are there stay.
-    assert_eq!(fs::read_to_string(place.path().join("shots.csv")).unwrap().lines().count(), 3);
+    for resume in [false, true] {
+        refused(&heavier, 2, &options(1, resume), place.path(), "another case");
+        refused(&case, 2, &BatchOptions { seed: 4, ..options(1, resume) }, place.path(), "expected: seed 4");
+        refused(&case, 1, &options(1, resume), place.path(), "--count 2 or more");
+    }
+    assert!(files(place.path()) == before);
+    // A table of somebody else's, and rows of a batch whose plan is gone.
+    refused(&case, 2, &options(1, true), other.path(), "the plan of a batch that was begun here");
+    for name in ["shots.csv", "shots.csv.partial"] {
+        fs::write(other.path().join(name), "velocity_m_s,perforated\n").unwrap();
+        refused(&case, 2, &options(1, false), other.path(), "the plan of a batch that was begun here");
+        fs::remove_file(other.path().join(name)).unwrap();
+    }
+    let rows = fire(&case, 3, 2, place.path(), false).unwrap().rows;
+    assert_eq!(rows.iter().map(|row| row.trust == MARK).collect::<Vec<_>>(), [true, true, false]);
+}
+
+/// A word that a shot which was fired again would not have.
+const MARK: &str = "marked";
+
+fn mark(table: &Path) {
+    let text = fs::read_to_string(table).unwrap();
+    let (head, rows) = text.split_once('\n').unwrap();
+    let words = ["trust", "look", "do not use"].map(|word| format!(",{word},"));
+    let marked = words.iter().fold(rows.to_owned(), |rows, word| rows.replace(word, &format!(",{MARK},")));
+    fs::write(table, format!("{head}\n{marked}")).unwrap();
 }
 
 #[test]
@@ -139,7 +160,7 @@ fn a_shot_that_fails_is_a_row_with_a_reason() {
     assert!(failed.iter().all(|row| row.reason.contains("crimp") && row.reason.contains("expected")), "{failed:?}");
     assert!(found.rows.iter().any(|row| row.reason.contains("undecided")));
     // `ripstop fit` reads the table: shots without an outcome do not count.
-    let rows = ripstop::study::fit::read(&place.path().join("shots.csv")).unwrap();
+    let rows = ripstop::study::range_data::read(&place.path().join("shots.csv"), None, &[]).unwrap().rows;
     let decided = found.rows.iter().filter(|row| row.perforated().is_some()).count() as u64;
     assert_eq!(rows.iter().map(|row| row.count).sum::<u64>(), decided);
 }
@@ -157,16 +178,6 @@ fn shots_without_any_outcome_end_in_rows_with_a_reason() {
     assert!(
         missing.starts_with("no ballistic limit: at ") && missing.ends_with("raise /solver/end_time_us"),
         "{missing}"
-    );
-    let request = sweep_request(&["/pack/plies=1,2"], &["/solver/end_time_us=2"]);
-    let out = TempDir::new().unwrap();
-    let swept = sweep::run(&request, &options(2, false), &folder(out.path()), "small ply").unwrap();
-    assert!(
-        swept
-            .points
-            .iter()
-            .all(|point| point.last().is_some_and(|reason| reason.as_str().unwrap().contains("undecided"))),
-        "{swept:?}"
     );
 }
 
@@ -198,28 +209,34 @@ fn sweep_request(over: &[&str], sets: &[&str]) -> SweepRequest {
 fn a_sweep_has_a_row_for_every_point_and_goes_on() {
     let request = sweep_request(&["/pack/plies=1,2", "/projectile/velocity_m_s=30..230:100"], &[]);
     let seen = AtomicU32::new(0);
-    let run = |path: &Path, resume: bool| {
+    let sweep = |request: &SweepRequest, path: &Path| {
         let progress = |done: u32, _: u32| seen.store(done, Ordering::Relaxed);
-        let options = BatchOptions { progress: &progress, ..options(2, resume) };
-        sweep::run(&request, &options, &folder(path), "small ply").unwrap()
+        let options = BatchOptions { progress: &progress, ..options(2, false) };
+        sweep::run(request, &options, &folder(path), "small ply")
     };
+    let run = |path: &Path| sweep(&request, path).unwrap();
     let [whole, broken] = [TempDir::new().unwrap(), TempDir::new().unwrap()];
-    let results = run(whole.path(), false);
+    let results = run(whole.path());
     assert_eq!((results.points.len(), seen.load(Ordering::Relaxed)), (6, 6));
     let residual: Vec<f64> = results.points.iter().map(|result| result[2].as_f64().unwrap()).collect();
     assert!(residual[0] == 0.0 && residual[1] > residual[4] && residual[5] > 0.0, "{residual:?}");
     let table = fs::read_to_string(whole.path().join("sweep.csv")).unwrap();
     assert!(table.starts_with("point,/pack/plies,/projectile/velocity_m_s,residual_velocity_m_s,"), "{table}");
     // Half of the points, one of them without its end.
-    run(broken.path(), false);
+    run(broken.path());
+    let point = broken.path().join("points/0000/shots.csv");
+    mark(&point);
     for point in ["0003", "0005"] {
         fs::remove_dir_all(broken.path().join("points").join(point)).unwrap();
     }
     for name in ["sweep.csv", "points/0001/shots.csv"] {
         fs::remove_file(broken.path().join(name)).unwrap();
     }
-    run(broken.path(), true);
+    run(broken.path());
+    let other = sweep_request(&["/pack/plies=1,3"], &[]);
+    assert!(sweep(&other, broken.path()).is_err_and(|error| error.to_string().contains("--out DIR")));
     assert_eq!(files(broken.path()), files(whole.path()));
+    assert!(fs::read_to_string(point).unwrap().contains(MARK));
 }
 
 /// A smaller ply: many shots are asked of it, and a finer mesh.
@@ -323,14 +340,6 @@ fn a_finer_mesh_corrects_the_limit_by_what_it_moves_single_thresholds() {
     let plain = limit(&case, &v50_request(3), 2, other.path(), false);
     assert_eq!(plain.thresholds, found.thresholds);
     assert!(!other.path().join("v50-refined.csv").exists() && plain.refinement.is_none());
-    // An end among them changes nothing.
-    let expected = files(place.path());
-    let broken = TempDir::new().unwrap();
-    fs::write(broken.path().join("plan.json"), &expected["plan.json"]).unwrap();
-    fs::write(broken.path().join("v50.csv.partial"), &expected["v50.csv"]).unwrap();
-    fs::write(broken.path().join("v50-refined.csv.partial"), &table[..table.len() / 2]).unwrap();
-    limit(&case, &request, 1, broken.path(), true);
-    assert!(files(broken.path()) == expected);
     // A case on that mesh has nothing to be corrected by.
     let third = TempDir::new().unwrap();
     let request = V50Request { bracket: 0.1, ..request };
@@ -383,7 +392,8 @@ fn a_case_in_which_nothing_varies_has_one_threshold_and_says_so() {
     }
     // With yarns as woven it is lower; both stand in one table, and beside it what the numerical error leaves out.
     assert_eq!((&json["as_woven"], found.other_shots), (&serde_json::json!([]), [0, 0]));
-    let found = limit(&case, &V50Request { refined: 1, ..request }, 2, place.path(), false);
+    let other = TempDir::new().unwrap();
+    let found = limit(&case, &V50Request { refined: 1, ..request }, 2, other.path(), false);
     let woven = &found.json(&case, &request, 3)["as_woven"];
     let numbers =
         |row: usize| ["retention", "low_m_s", "v50_m_s", "high_m_s"].map(|name| woven[row][name].as_f64().unwrap());
@@ -399,7 +409,8 @@ fn a_case_in_which_nothing_varies_has_one_threshold_and_says_so() {
     );
     // A case that says what its yarns keep is asked for nothing else.
     let stated = smaller(&["/fabric/warp/strength_retention=0.9"]);
-    let found = limit(&stated, &V50Request { refined: 1, bracket: 0.1, ..request }, 2, place.path(), false);
+    let other = TempDir::new().unwrap();
+    let found = limit(&stated, &V50Request { refined: 1, bracket: 0.1, ..request }, 2, other.path(), false);
     assert!(found.as_woven.is_none() && found.v50.is_some());
     assert_eq!((&json["quantity"], &json["level"]), (&"ballistic limit".into(), &serde_json::Value::Null));
     assert!(

@@ -5,6 +5,7 @@ use ripstop::num::random::DrawKey;
 use ripstop::study::binary_response::{self as binary, Estimate, Group, Outcomes, fit};
 use ripstop::study::interval::{Bounds, interval};
 use ripstop::study::limit::{Passed, ResidualModel, arithmetic_v50, residual_fit};
+use ripstop::study::range_data::VelocityUnit;
 
 use super::{GONOGO, NEYER, WU_TIAN, holds, near, outcomes};
 
@@ -36,9 +37,9 @@ fn log_likelihood(outcomes: &Outcomes, mu: f64, sigma: f64) -> f64 {
     outcomes.groups().iter().map(term).sum()
 }
 
-/// Estimates held to the condition of a maximum, and to the expected information by hand.
+/// Estimates held to the condition of a maximum.
 #[test]
-fn an_estimate_is_a_maximum_and_its_covariance_the_inverse_information() {
+fn an_estimate_is_a_maximum() {
     let outcomes = outcomes(&format!("{WU_TIAN} {GONOGO}"));
     let found = fit(&outcomes).unwrap();
     let likelihood = |mu: f64, sigma: f64| log_likelihood(&outcomes, mu, sigma);
@@ -46,22 +47,6 @@ fn an_estimate_is_a_maximum_and_its_covariance_the_inverse_information() {
     near(found.log_likelihood, likelihood(mu, sigma), 1e-12);
     near((likelihood(mu + h, sigma) - likelihood(mu - h, sigma)) / (2.0 * h), 0.0, 1e-6);
     near((likelihood(mu, sigma + h) - likelihood(mu, sigma - h)) / (2.0 * h), 0.0, 1e-6);
-    let [[a, b], [_, c]] = found.covariance;
-    for p in [0.1, 0.5, 0.9] {
-        let z = normal::quantile(p);
-        near(found.standard_error(p).powi(2), a + 2.0 * z * b + z * z * c, 1e-12);
-    }
-    let mut product = [0.0; 3];
-    for group in outcomes.groups() {
-        let z = (group.velocity - mu) / sigma;
-        let w = normal::information(z) / (sigma * sigma);
-        product[0] += w * (a + z * b);
-        product[1] += w * (b + z * c);
-        product[2] += w * z * (b + z * c);
-    }
-    near(product[0], 1.0, 1e-9);
-    near(product[1], 0.0, 1e-9);
-    near(product[2], 1.0, 1e-9);
 }
 
 /// The likelihood times the square root of the information's determinant is largest at the estimate; of two shots that is their middle.
@@ -112,7 +97,6 @@ fn units_and_counts_do_not_matter() {
     near(same.mu, 3000.0 + 100.0 * found.mu, 1e-6);
     near(same.sigma, 100.0 * found.sigma, 1e-6);
     near(same.deviance(), 7.0 * found.deviance(), 1e-8);
-    near(same.standard_error(0.9), 100.0 * found.standard_error(0.9) / 7.0_f64.sqrt(), 1e-6);
 }
 
 fn bounds(text: &str, p: f64, level: f64) -> Bounds {
@@ -130,11 +114,6 @@ fn ends(got: Bounds, expected: [f64; 2], tolerance: f64) {
 #[test]
 fn published_sets_give_the_published_intervals() {
     let all = format!("{WU_TIAN} {GONOGO}");
-    // Estimate and standard error: 1.644854 is the normal quantile of 95 %.
-    let found = estimate(&all);
-    let half = 1.644_854 * found.standard_error(0.5);
-    let bounds_by_error = Bounds { low: Some(found.mu - half), high: Some(found.mu + half) };
-    ends(bounds_by_error, [9.4078, 10.9329], 6e-5);
     ends(bounds(&all, 0.5, 0.9), [9.1593, 10.7550], 6e-5);
     // The published search stops at a log-likelihood within 1e-5: the fourth digit is not sure.
     ends(bounds(&all, 0.9, 0.9), [10.7655, 12.2565], 2e-4);
@@ -183,7 +162,7 @@ fn at_an_end_the_likelihood_has_fallen_by_half_of_chi_square() {
 /// Lowest perforations and highest stops. A published set of 3 + 3 has the mean 1241.5 and the spread 478: its extremes are kept here.
 #[test]
 fn the_arithmetic_v50_takes_equally_many_close_perforations_and_stops() {
-    let by = |text: &str, rule: usize| arithmetic_v50(&outcomes(text))[rule].clone();
+    let by = |text: &str, rule: usize| arithmetic_v50(&outcomes(text), VelocityUnit::default(), None)[rule].clone();
     let text = "480/0 500/0 505/0 512/0 508/1 515/1 520/1 560/1";
     let found = by(text, 1);
     assert_eq!((found.rule.as_str(), found.standard), ("3 + 3 within 38 m/s", "MIL-STD-662F"));

@@ -14,13 +14,13 @@ use crate::case::Case;
 use crate::model::Model;
 use crate::num::scalar::Scalar;
 use crate::physics::rigid_body::MirrorPlanes;
-use crate::run::frame::{Pose, Schedule, even};
+use crate::run::frame::{Pose, Schedule};
 use crate::run::{Observer, View, attached};
 use crate::solver::failure::yarn_tension;
 use crate::solver::state::State;
 
-/// Keyframes shown at most, the first and the last among them.
-pub(crate) const KEYFRAMES: usize = 61;
+/// Keyframes at least, where a run has as many steps; twice as many at most.
+pub(crate) const KEYFRAMES: usize = 41;
 /// Nodes of a keyframe at most, about.
 const NODES: usize = 5000;
 /// Plies shown at most.
@@ -220,14 +220,6 @@ impl Animation {
         self.body = model.projectile.as_ref().map(|projectile| SurfaceMesh::new(&projectile.body, pack));
     }
 
-    /// The animation with the keyframes that a page shows, evenly from the first to the last.
-    #[must_use]
-    pub fn shown(&self) -> Self {
-        let times: Vec<f64> = self.keyframes.iter().map(|keyframe| keyframe.time).collect();
-        let keyframes = even(&times, KEYFRAMES).into_iter().map(|at| self.keyframes[at].clone()).collect();
-        Self { keyframes, ..self.clone() }
-    }
-
     /// Largest deflection in any keyframe, of fabric that is attached to a support [m].
     pub fn deflection(&self) -> f64 {
         self.keyframes.iter().map(Keyframe::deflection).fold(0.0, f64::max)
@@ -310,16 +302,5 @@ mod tests {
         let body = SurfaceMesh { points: vec![[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]], faces: Vec::new() };
         animation.body = Some(body);
         assert_eq!(animation.opening(), 2);
-    }
-
-    #[test]
-    fn first_and_last_of_many_plies_are_shown() {
-        assert_eq!(shown(3), [0, 1, 2]);
-        assert_eq!(shown(50), [0, 7, 14, 21, 28, 35, 42, 49]);
-        for plies in 9..65 {
-            let shown = shown(plies);
-            assert!(shown.len() == PLIES && shown[0] == 0 && shown[PLIES - 1] == plies - 1, "{plies}");
-            assert!(shown.windows(2).all(|pair| pair[0] < pair[1]), "{plies}");
-        }
     }
 }

@@ -29,8 +29,7 @@ const SCRIPT: &str = concat!(include_str!("playback.js"), include_str!("values.j
 
 /// The page. With less than two keyframes it has no playback.
 pub fn report(case: &Case, run: &Run, summary: &Value, animation: &Animation) -> String {
-    let animation = animation.shown();
-    let animation = Some(&animation).filter(|animation| animation.keyframes.len() > 1);
+    let animation = Some(animation).filter(|animation| animation.keyframes.len() > 1);
     let checks = checks(case, run);
     let strikes = case.projectile.is_some();
     let figures: [Option<Figure>; 6] = [
@@ -192,10 +191,6 @@ fn fields(case: &Case) -> Markup {
         section id="case" {
             h2 { "The case as read" }
             p { @for (n, line) in mesh.lines().enumerate() { @if n > 0 { br; } (line) } }
-            p {
-                (assumed_fields(case).count()) " of " (case.fields.len()) " fields are assumed: the paper does not publish them, nor does \
-                another source that the case names. Vary those that matter with " code { "--set" } " and see how far the answer moves."
-            }
             details {
                 summary { "All " (case.fields.len()) " fields" }
                 p class="note" { "Fields marked * are assumed. " code { "case.json" } " beside this page computes the same again." }
