@@ -46,9 +46,7 @@ const TILE: u32 = 15u;
 fn tile_counts() -> vec2<u32> { return (vec2<u32>(scene.rows, scene.columns) + TILE) / TILE; }
 
 /// Place in `tiles` of a number of a tile of a ply.
-fn tile_sum(ply: u32, tile: u32, which: u32) -> u32 {
-    return (ply_number(ply) * tile_counts().x * tile_counts().y + tile) * TILE_SUMS + which;
-}
+fn tile_sum(ply: u32, tile: u32, which: u32) -> u32 { return (ply_number(ply) * tile_counts().x * tile_counts().y + tile) * TILE_SUMS + which; }
 
 /// Sums of an invocation.
 var<private> part: array<f32, 26>;

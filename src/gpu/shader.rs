@@ -88,7 +88,7 @@ pub const KERNELS: [Kernel; 8] = kernels! {
     Sweep "yarn_load" ["failure", "cells", "sums"] {Nodes Read, Cells Read, Tiles Write};
     // Contacts between plies, and their number at each node.
     Plies "ply_search"
-        ["ply_contact", "ply_view", "intact", "cells", "active_region"]
+        ["ply_contact", "ply_view", "cells", "active_region"]
         {Nodes Read, Cells Read, Over Write, Contacts Write, Shares Write, Status Write};
     // Impulses of the contacts between plies.
     Plies "ply_impulse"
@@ -100,7 +100,7 @@ pub const KERNELS: [Kernel; 8] = kernels! {
         {Nodes Write, Cells Read, Shares Write, Impulses Write, ContactWork Write, Supports Write, Status Write};
     // Places where the projectile may touch.
     Projectile "projectile_points"
-        ["projectile_motion", "contact_candidates", "intact", "cells", "projectile_shape", "rigid_body",
+        ["projectile_motion", "contact_candidates", "cells", "projectile_shape", "rigid_body",
          "active_region"]
         {Nodes Read, Cells Read, Status Write, Body Write, Candidates Write, Points Write, Over Read, Touches Write};
     // Contact at those places, and motion of the projectile.

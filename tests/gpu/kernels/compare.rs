@@ -265,14 +265,6 @@ impl<'a> Pair<'a> {
         self.seen.see("ply_contact", "cells", [many, 0.0, 1.0], || format!("{beside} cells beside"));
     }
 
-    fn supports_of_nodes(&mut self) -> Outcome {
-        let scale = self.scales.force * self.scene.model.dt;
-        for (got, expected) in self.supports()?.into_iter().zip(self.balance.support) {
-            self.see("sweep", "support", [got, expected, scale + expected.abs()], String::new);
-        }
-        Ok(())
-    }
-
     fn plies(&mut self) -> Outcome {
         if self.totals.ply_contacts == 0 {
             return Err("no ply touches another: the scene shows nothing".into());

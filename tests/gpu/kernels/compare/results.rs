@@ -68,10 +68,14 @@ impl Pair<'_> {
         self.count("counters", words[status::BAD_STEP], u32::MAX.into(), "bad step");
         self.compare_failures(&words)?;
         let tiles = self.read(BufferId::Tiles)?;
-        let evaluations = |tile: &[u32]| f64::from(f32::from_bits(tile[sum::EVALUATIONS]));
-        let evaluations = tiles.chunks_exact(sum::TILE_SUMS).map(evaluations).sum();
+        let evaluations =
+            tiles.chunks_exact(sum::TILE_SUMS).map(|tile| f64::from(f32::from_bits(tile[sum::EVALUATIONS]))).sum();
         self.see("sweep", "evaluations", [evaluations, self.counts[0], self.counts[0].max(1.0)], || "sum".into());
-        self.supports_of_nodes()
+        let scale = self.scales.force * self.scene.model.dt;
+        for (got, expected) in self.supports()?.into_iter().zip(self.balance.support) {
+            self.see("sweep", "support", [got, expected, scale + expected.abs()], String::new);
+        }
+        Ok(())
     }
 }
 
