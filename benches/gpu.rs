@@ -16,7 +16,7 @@ use std::time::Instant;
 use ripstop::case::{self, Case};
 use ripstop::gpu::buffers::Sizes;
 use ripstop::gpu::layout::StepInfo;
-use ripstop::gpu::stepper::{BATCH, DeviceStepper};
+use ripstop::gpu::stepper::DeviceStepper;
 use ripstop::gpu::{self, Device};
 use ripstop::model::Model;
 use ripstop::run::{self, Options};
@@ -31,17 +31,17 @@ const PACKS: [(&str, u32, u32); 5] = [
     ("1 ply of 1 m2", 1, 1000),
 ];
 
-/// Bytes that a kernel moves per element and step, neighbours' shares once.
-const BYTES: [(&str, u64); 4] = [
-    // Nodes 24; old forces 24, heights 24, flags 4, work 4 read; forces 36, heights 24, flags 4, work 4 written.
-    ("element_force", 24 + 56 + 68),
-    // Forces 36, nodes 24 read; nodes 24 written.
-    ("node_update", 36 + 24 + 24),
+/// Bytes that a kernel moves per element and step (docs/decisions/15).
+const BYTES: [(&str, u64); 3] = [
+    // With the ring around a tile.
+    ("sweep", 106),
     // The few nodes near the projectile.
     ("projectile_contact", 0),
-    // Accounts 28, flags 4, forces 36, nodes 24 read; accounts 12, flags 4 written. Only in sampled steps.
-    ("energy_balance", 28 + 4 + 36 + 24 + 16),
+    // Velocities 12, yarns alive 4. Only in sampled steps.
+    ("energy_balance", 12 + 4),
 ];
+/// Steps of a batch: every third is sampled, and a submission has room for 64 samples.
+const STEPS: u64 = 3 * 64;
 
 fn shot(plies: u32, edge: u32, sets: &[&str]) -> Case {
     let mut all = vec![format!("/pack/width_mm={edge}"), format!("/pack/height_mm={edge}")];
@@ -78,7 +78,7 @@ fn pack(device: &Device, name: &str, case: &Case, test: bool) {
         at += 3;
     }
     let per_step = start.elapsed().as_secs_f64() / at as f64;
-    let count = if test { 3 } else { ((3.0 / per_step) as u64).clamp(3, BATCH as u64 / 2) };
+    let count = if test { 3 } else { ((3.0 / per_step) as u64).clamp(3, STEPS) };
     let batch = steps(&stepper, at, count);
     let start = Instant::now();
     let sent = stepper.submit(&batch);
@@ -108,14 +108,13 @@ fn host(case: &Case, test: bool) {
     let mut stepper = DeviceStepper::new(&device, &model).unwrap();
     stepper.upload(&model, &State::new(case, &model));
     let batches = if test { 1 } else { 20 };
-    let count = 3 * (BATCH as u64 / 6);
-    let batch = steps(&stepper, 0, count);
+    let batch = steps(&stepper, 0, STEPS);
     stepper.submit(&batch);
     let start = Instant::now();
     for _ in 0..batches {
         stepper.submit(&batch);
     }
-    let each = start.elapsed().as_secs_f64() / (batches * count) as f64;
+    let each = start.elapsed().as_secs_f64() / (batches * STEPS) as f64;
     println!("host: {:.2} µs per step to record and submit", each * 1e6);
 }
 

@@ -149,7 +149,7 @@ fn forces_of(element: u32, motion: Motion, cell: Equilibrium, yarns_left: YarnsL
 
 /// Energy that the law has made of what the cells store, where both yarns are there.
 fn law_energy(motion: Motion, both: bool, stored: f32) -> f32 {
-    if (LAW_ENERGY && both) { return law_share(motion.k.stretch) * stored; }
+    if (both) { return law_share(motion.k.stretch) * stored; }
     return 0.0;
 }
 

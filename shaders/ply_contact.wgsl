@@ -216,7 +216,6 @@ struct Impulse {
 fn impulse_between(velocity: vec3<f32>, push: vec3<f32>, limit: f32, kappa: f32) -> Impulse {
     let along = dot(velocity, push);
     let normal = max(kappa * (limit - along), 0.0);
-    if (!PLY_FRICTION) { return Impulse(normal, vec3<f32>(0.0)); }
     let slide = velocity - push * along;
     let stick = slide * -kappa;
     let most = scene.ply_friction * normal;

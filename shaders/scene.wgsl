@@ -24,8 +24,6 @@ override SHEAR: bool = true;
 override VISCOUS: bool = true;
 /// Whether pieces of yarn differ in strength.
 override STRENGTH: bool = true;
-/// Whether the unit-cell law makes energy by itself.
-override LAW_ENERGY: bool = true;
 override PROJECTILE: bool = true;
 override FRICTION: bool = true;
 /// Whether the rim of its face is sampled where it crosses the edges of elements.
@@ -36,8 +34,6 @@ override ROTATION: bool = true;
 override SAMPLED: bool = true;
 /// Whether there are plies that may touch each other.
 override PLIES: bool = true;
-/// Whether they rub.
-override PLY_FRICTION: bool = true;
 /// Whether elements of a ply differ in size.
 override GRADED: bool = true;
 

@@ -140,7 +140,7 @@ const SHARE_UNIT: u32 = 1 << 20;
 
 /// Values of the pipeline-overridable constants, by name. `sampled`: the step fills in the energies of the state; `width`: see
 /// [`Sizes::contact_group`](super::buffers::Sizes::contact_group).
-pub fn constants(features: &Features, sampled: bool, width: u32) -> [(&'static str, f64); 20] {
+pub fn constants(features: &Features, sampled: bool, width: u32) -> [(&'static str, f64); 18] {
     let flag = |yes: bool| f64::from(u8::from(yes));
     [
         ("ROUNDOFF_TOLERANCE", NOISE),
@@ -153,14 +153,12 @@ pub fn constants(features: &Features, sampled: bool, width: u32) -> [(&'static s
         ("SHEAR", flag(features.shear)),
         ("VISCOUS", flag(features.viscous)),
         ("STRENGTH", flag(features.strength)),
-        ("LAW_ENERGY", flag(features.law_energy)),
         ("PROJECTILE", flag(features.projectile)),
         ("FRICTION", flag(features.friction)),
         ("EDGES", flag(features.edges)),
         ("ROTATION", flag(features.rotation)),
         ("SAMPLED", flag(sampled)),
         ("PLIES", flag(features.plies)),
-        ("PLY_FRICTION", flag(features.ply_friction)),
         ("GRADED", flag(features.graded)),
         ("WIDTH", f64::from(width)),
     ]

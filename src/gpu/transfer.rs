@@ -68,9 +68,8 @@ impl DeviceStepper<'_> {
 
     /// Puts the state of a shot on cleared buffers of the device.
     pub(crate) fn upload_shot(&mut self, shot: usize, model: &Model<f32>, state: &State<f32>) {
-        let columns = self.grid.columns;
-        let put = |name: BufferId, numbers: &[f32]| self.write_shot(name, shot, bytemuck::cast_slice(numbers));
-        put(BufferId::Nodes, &planes(&state.nodes, 0..node::COUNT, 0, columns + 1).repeat(STATE_SLOTS as usize));
+        let nodes = planes(&state.nodes, 0..node::COUNT, 0, self.grid.columns + 1).repeat(STATE_SLOTS as usize);
+        self.write_shot(BufferId::Nodes, shot, bytemuck::cast_slice(&nodes));
         self.write_shot(BufferId::Cells, shot, &self.cells(model, &state.elements));
         let mut counters = vec![0; STATUS_WORDS];
         counters[status::BAD_STEP] = layout::NONE;
@@ -102,18 +101,15 @@ impl DeviceStepper<'_> {
         let (columns, count) = (self.grid.columns, self.sizes.elements as usize);
         let fields = |fields: Range<usize>| planes(elements, fields, 1, columns);
         let (alive, heights) = (fields(element::ALIVE..element::COUNT), fields(element::HEIGHT..element::ALIVE));
-        let yarns = |at: usize| {
+        let mut words = vec![0; cell::DRAG * count];
+        for at in 0..count {
             let sum = self.height_sum(model, at).max(f64::MIN_POSITIVE);
             let parts = [0, 1].map(|yarn| {
                 let height = f64::from(heights[yarn * count + at]) / sum;
-                let steps = (height.clamp(0.0, 1.0) * (cell::HEIGHT_STEPS as f64)).round() as u64;
+                let steps = (height.clamp(0.0, 1.0) * cell::HEIGHT_STEPS as f64).round() as u64;
                 u64::from(alive[yarn * count + at] > 0.5) << yarn | steps << (2 + 24 * yarn)
             });
-            parts[0] | parts[1]
-        };
-        let mut words = vec![0; cell::DRAG * count];
-        for at in 0..count {
-            let yarns = yarns(at);
+            let yarns = parts[0] | parts[1];
             (words[at], words[count + at]) = (yarns as u32, (yarns >> 32) as u32);
         }
         let mut put = |numbers: Vec<f32>| words.extend(numbers.into_iter().map(f32::to_bits));

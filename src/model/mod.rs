@@ -207,8 +207,6 @@ pub struct Features {
     pub compression: bool,
     /// Trellis shear.
     pub shear: bool,
-    /// The unit-cell law makes energy by itself.
-    pub law_energy: bool,
     /// Yarns have shock viscosity.
     pub viscous: bool,
     /// Pieces of yarn differ in strength.
@@ -223,8 +221,6 @@ pub struct Features {
     pub rotation: bool,
     /// There are plies that may touch each other.
     pub plies: bool,
-    /// Friction acts between plies.
-    pub ply_friction: bool,
     /// Elements of a ply differ in size.
     pub graded: bool,
 }
@@ -240,7 +236,6 @@ impl Features {
             series: first.cell.yarn.iter().map(|yarn| yarn.terms).max().unwrap_or(MAX_TERMS),
             compression: any(&|t| t.cell.compression[0] > 0.0),
             shear: any(&|t| t.has_shear),
-            law_energy: any(&|t| t.law_energy.is_some()),
             viscous: any(&|t| t.viscous),
             strength: model.strength.is_some(),
             projectile: projectile.is_some(),
@@ -248,7 +243,6 @@ impl Features {
             edges: model.edges,
             rotation: projectile.is_some_and(|p| !p.locked),
             plies: model.plies.len() > 1,
-            ply_friction: model.plies.len() > 1 && model.ply_friction > 0.0,
             graded: any(&|t| t.mesh.is_graded()),
         }
     }
