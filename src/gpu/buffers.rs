@@ -3,7 +3,7 @@
 use super::DeviceError;
 use super::layout::{
     BODY_WORDS, CONTACT_GROUPS, CONTACT_WORDS, CONTACT_WORK_FIELDS, EVENT_WORDS, IMPULSE_FIELDS, NODE_FIELDS,
-    POINT_WORDS, REACH_WORDS, SHOTS, STATE_SLOTS, STATUS_WORDS, STRENGTH_FIELDS, SUMS, TILE, TOUCH_WORDS, cell, sum,
+    POINT_WORDS, REACH_WORDS, SHOTS, STATE_SLOTS, STATUS_WORDS, STRENGTH_FIELDS, TILE, TOUCH_WORDS, cell, sum,
 };
 use crate::model::Model;
 
@@ -143,7 +143,7 @@ impl Sizes {
 
     /// Words of one sample.
     pub fn sample_words(&self) -> usize {
-        self.groups as usize * SUMS + BODY_WORDS + STATUS_WORDS
+        self.groups as usize * sum::SUMS + BODY_WORDS + STATUS_WORDS
     }
 
     /// Sizes for `shots` shots.

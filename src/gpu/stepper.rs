@@ -181,8 +181,7 @@ impl<'a> DeviceStepper<'a> {
     }
 
     fn dispatches_of(&self, info: &StepInfo) -> impl Iterator<Item = &Dispatch> {
-        let sampled = info.slot.is_some();
-        self.step.iter().filter(move |dispatch| dispatch.sampled.is_none_or(|only| only == sampled))
+        self.step.iter().filter(|dispatch| dispatch.sampled.is_none_or(|only| only == info.slot.is_some()))
     }
 
     /// Records a stage of the step at a place of the batch.

@@ -120,12 +120,9 @@ impl DeviceStepper<'_> {
         put(fields(elements.fields - element::STRAIN..elements.fields));
         let mut words = words.repeat(STATE_SLOTS as usize);
         if let Some(strength) = &model.strength {
-            for (yarn, row) in
-                [0, 1].into_iter().flat_map(|yarn| (0..self.grid.element_rows()).map(move |row| (yarn, row)))
-            {
-                let factor = |column| (strength.factor(row, yarn, column) as f32).to_bits();
-                words.extend((0..self.grid.columns).map(factor));
-            }
+            let rows = self.grid.element_rows();
+            let places = (0..2 * rows).flat_map(|at| (0..columns).map(move |column| (at % rows, at / rows, column)));
+            words.extend(places.map(|(row, yarn, column)| (strength.factor(row, yarn, column) as f32).to_bits()));
         }
         words
     }
@@ -167,8 +164,7 @@ impl DeviceStepper<'_> {
                         let steps = (word >> (2 + 24 * yarn)) as usize & cell::HEIGHT_STEPS;
                         (steps as f64 * self.height_sum(model, at) / cell::HEIGHT_STEPS as f64) as f32
                     };
-                    let heights = (0..2).flat_map(|yarn| (0..count).map(move |at| (at, yarn)));
-                    let heights: Vec<f32> = heights.map(|(at, yarn)| height(at, yarn)).collect();
+                    let heights: Vec<f32> = (0..2 * count).map(|at| height(at % count, at / count)).collect();
                     set(element::HEIGHT..element::ALIVE, &heights);
                     set(element::COUNT..strains, bytemuck::cast_slice(field(cell::DRAG)));
                     set(strains..strains + element::STRAIN, bytemuck::cast_slice(field(cell::STRAIN)));

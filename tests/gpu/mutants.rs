@@ -102,12 +102,11 @@ defects! {
         "compression missing" in "variational, compressible": "scene.compression_a - scene.compression_b * q, 0.0" => "0.0, 0.0";
         "warm start not used" in "variational, compressible":
             "vec2<f32>(warm[PIVOT], warm[1u - PIVOT])" => "vec2<f32>(0.5 * top)";
-        "contact force halved" in "variational, compressible": "force = PI * s.arc.slope" => "force = HALF_PI * s.arc.slope";
+        "shares of the yarns exchanged" in "variational, compressible": "slope.yx * per_sum" => "slope * per_sum";
         "curvature of the arc" in "variational, compressible":
             "(1.0 + excess) * inverse_secant * inverse_secant - b" => "(1.0 + excess) * inverse_secant - b";
         "elements of the next tile left out" in "several workgroups of the energy balance": "corner_force(local - SIDE, 1.0, -1.0, 1.0)" => "select(vec3<f32>(0.0), corner_force(local - SIDE, 1.0, -1.0, 1.0), local >= 2u * SIDE)";
         "slot of the last step written" in "variational, compressible": "nodes[node_word(slot_now(), 3u + a, node)] = after[a];" => "nodes[node_word(slot_before(), 3u + a, node)] = after[a];";
-        "sums of a row alone" in "variational, compressible": "i < INVOCATIONS; i += SIDE" => "i < SIDE; i += SIDE";
         "half a drift at the first step" in "variational, rigid": "u + scene.dt * after" => "u + step.kick * after";
         "rows and columns of an edge" in "variational, compressible":
             "select(0u, sides, place.y == 0u)" => "select(0u, sides, place.x == 0u)";

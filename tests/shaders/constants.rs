@@ -100,7 +100,7 @@ fn expected() -> BTreeMap<&'static str, Vec<f64>> {
         ("SIDE", (layout::TILE as u32 + 1).numbers()),
         ("NODES", (layout::TILE as u32 + 2).numbers()),
         ("INVOCATIONS", (layout::TILE as u32 + 1).pow(2).numbers()),
-        ("LANES", layout::CONTACT_LANES.numbers()),
+        ("LANES", 64_usize.numbers()),
         ("NO_PLY", layout::NONE.numbers()),
         ("LAW_COUNT", law_energy::COUNT.numbers()),
         ("EPSILON", f64::from(f32::EPSILON).numbers()),

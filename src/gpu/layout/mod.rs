@@ -62,8 +62,6 @@ pub const LAYOUTS: [(&str, &[Field], usize); 7] = [
 pub const GROUP: u32 = 64;
 /// Least and most invocations of the kernels of contact with the projectile, which are a single workgroup: every device has as many.
 pub const CONTACT_GROUPS: [u32; 2] = [64, 256];
-/// Partial sums that lie side by side in the memory of that workgroup, which has no room for all of them.
-pub const CONTACT_LANES: u32 = 64;
 /// Number for none: no step with a number that is not finite, no place, no ply.
 pub const NONE: u32 = u32::MAX;
 /// Elements and nodes along a side of the part of a ply that a workgroup advances: less than the elements it computes.
@@ -122,7 +120,6 @@ numbers! {
         PLY_FRICTION_WORK = 24, PLY_SEPARATION_WORK = 25, SUMS = 26,
     }
 }
-pub use sum::SUMS;
 
 shared! {
     /// Yarn failure.
@@ -220,7 +217,7 @@ pub fn read_body(words: &[u32], start: &RigidBody, origin: &Vector3<f64>) -> Bod
     }
 }
 
-/// Sums of the workgroups of one sample, shape (plies, groups of a ply, [`SUMS`]).
+/// Sums of the workgroups of one sample, shape (plies, groups of a ply, [`sum::SUMS`]).
 #[derive(Clone, Copy)]
 pub struct WorkgroupSums<'a>(pub &'a [u32]);
 
@@ -232,7 +229,7 @@ impl WorkgroupSums<'_> {
     }
 
     fn parts(&self, which: usize) -> impl Iterator<Item = f64> {
-        self.0.chunks_exact(SUMS).map(move |group| f64::from(f32::from_bits(group[which])))
+        self.0.chunks_exact(sum::SUMS).map(move |group| f64::from(f32::from_bits(group[which])))
     }
 
     /// Sum over the workgroups, in order.

@@ -2,7 +2,8 @@
 
 use nalgebra::Vector3;
 use ripstop::gpu::buffers::BufferId;
-use ripstop::gpu::layout::{self, BODY_WORDS, BodyRecord, STATUS_WORDS, SUMS, status, sum};
+use ripstop::gpu::layout::sum::{self, SUMS};
+use ripstop::gpu::layout::{self, BODY_WORDS, BodyRecord, STATUS_WORDS, status};
 use ripstop::gpu::stepper::Stage;
 use ripstop::run::outcome;
 use ripstop::solver::FailureEvent;
