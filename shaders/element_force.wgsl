@@ -247,7 +247,7 @@ fn element_step(ply: u32, place: vec2<u32>, u: Differences, v: Differences, own:
         if (counted) { part[EVALUATIONS] += f32(cell.iterations); }
         note_residual(cell, both);
         if (any(yarns_left.failed)) { release(element, motion, cell, yarns_left, acting); }
-        if (SAMPLED) { add_state(motion, cell, yarns_left, acting, counted); }
+        if (is_sampled()) { add_state(motion, cell, yarns_left, acting, counted); }
     }
     let mode = acting.hourglass * motion.k.mode + acting.on_mode;
     return ElementForces(acting.membrane.warp, acting.membrane.weft, mode, true);

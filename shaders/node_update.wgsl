@@ -45,7 +45,7 @@ fn move_node(ply: u32, place: vec2<u32>, u: vec3<f32>, v: vec3<f32>, force: vec3
     }
     let half = -0.5 * scene.dt * dot(force, after);
     part[WORK] += half - 0.5 * step.span * dot(force, v);
-    if (SAMPLED) { part[HALF_STEP] += half; }
+    if (is_sampled()) { part[HALF_STEP] += half; }
     let square = dot(after, after);
     if (!finite(square)) { atomicMin(&status[counter(BAD_STEP)], step.index); }
     if (held(ply, place) != 0u) { add_support(ply, place, select(vec3<f32>(0.0), -step.kick * force, inverse <= vec3<f32>(0.0))); }

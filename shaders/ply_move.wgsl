@@ -81,6 +81,6 @@ fn ply_move(id: Invocation) {
     }
     let half = -0.5 * scene.dt * dot(force, change);
     contact_work[3u * n + node] += half;
-    if (step.slot != NONE) { contact_work[4u * n + node] = half; }
+    if (is_sampled()) { contact_work[4u * n + node] = half; }
     if (held(ply, place) != 0u) { add_support(ply, place, -select(vec3<f32>(0.0), impulse, inverse <= vec3<f32>(0.0))); }
 }

@@ -30,8 +30,6 @@ override FRICTION: bool = true;
 override EDGES: bool = true;
 /// Whether the projectile may turn.
 override ROTATION: bool = true;
-/// Whether the step fills in the energies of the state.
-override SAMPLED: bool = true;
 /// Whether there are plies that may touch each other.
 override PLIES: bool = true;
 /// Whether elements of a ply differ in size.
@@ -209,6 +207,9 @@ struct Invocation {
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 }
+
+/// Whether the step fills in the energies of the state. No constant: a kernel of its own would take as long to compile again.
+fn is_sampled() -> bool { return step.slot != NONE; }
 
 /// Nodes and elements lie in two slots by turns: a step reads what the last one left, and writes the other slot.
 fn slot_before() -> u32 { return (step.index + 1u) & 1u; }

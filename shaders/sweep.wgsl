@@ -77,7 +77,7 @@ fn joined_four(which: u32, a: vec4<f32>, b: vec4<f32>) -> vec4<f32> {
 
 /// Adds the sums of all invocations to those of the tile, in fixed order.
 fn add_up(first_sum: u32, local: u32) {
-    let count = select(2u, 3u, SAMPLED);
+    let count = select(2u, 3u, is_sampled());
     workgroupBarrier();
     for (var i = 0u; i < count; i++) {
         tile[i * INVOCATIONS + local] = vec4<f32>(part[4u * i], part[4u * i + 1u], part[4u * i + 2u], part[4u * i + 3u]);
@@ -142,7 +142,7 @@ fn sweep(id: Invocation) {
     if (is_element(ply, place) && (step.index < SETTLED || is_near(reach, place, 2u, 1u))) {
         let counted = own && (step.index == 0u || is_near(reach, place, 1u, 0u));
         forces = element_step(ply, place, tile_differences(0u, at), tile_differences(1u, at), own, counted);
-        if (SAMPLED && own && forces.stood) {
+        if (is_sampled() && own && forces.stood) {
             let z = vec4<f32>(tile[at].z, tile[at + 1u].z, tile[at + NODES].z, tile[at + NODES + 1u].z);
             part[DEFLECTION] = max(max(abs(z.x), abs(z.y)), max(abs(z.z), abs(z.w)));
         }

@@ -138,9 +138,8 @@ const WITHIN: f64 = 1e-3;
 /// Counts that make a whole share of a node's mass. The processor shares masses out in real numbers.
 const SHARE_UNIT: u32 = 1 << 20;
 
-/// Values of the pipeline-overridable constants, by name. `sampled`: the step fills in the energies of the state; `width`: see
-/// [`Sizes::contact_group`](super::buffers::Sizes::contact_group).
-pub fn constants(features: &Features, sampled: bool, width: u32) -> [(&'static str, f64); 18] {
+/// Values of the pipeline-overridable constants, by name. `width`: see [`Sizes::contact_group`](super::buffers::Sizes::contact_group).
+pub fn constants(features: &Features, width: u32) -> [(&'static str, f64); 17] {
     let flag = |yes: bool| f64::from(u8::from(yes));
     [
         ("ROUNDOFF_TOLERANCE", NOISE),
@@ -157,7 +156,6 @@ pub fn constants(features: &Features, sampled: bool, width: u32) -> [(&'static s
         ("FRICTION", flag(features.friction)),
         ("EDGES", flag(features.edges)),
         ("ROTATION", flag(features.rotation)),
-        ("SAMPLED", flag(sampled)),
         ("PLIES", flag(features.plies)),
         ("GRADED", flag(features.graded)),
         ("WIDTH", f64::from(width)),

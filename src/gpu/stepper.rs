@@ -20,8 +20,8 @@ pub const BATCH: usize = 1024;
 struct Dispatch {
     stage: Stage,
     ply_type: usize,
-    /// Steps that it is part of: those with a sample, those without, or all.
-    sampled: Option<bool>,
+    /// Whether it is part of steps with a sample alone.
+    sampled: bool,
     workgroups: [u32; 2],
     program: Pipeline,
 }
@@ -103,8 +103,9 @@ impl<'a> DeviceStepper<'a> {
                 label: Some(kernel.name),
                 source: wgpu::ShaderSource::Wgsl(source(kernel).into()),
             });
-            let mut add = |ply_type: usize, features: &Features, sampled: Option<bool>, workgroups: [u32; 2]| {
-                let constants = shader::constants(features, sampled == Some(true), sizes.contact_group);
+            let sampled = kernel.name == "yarn_load" || kernel.stage == Stage::EnergyBalance;
+            let mut add = |ply_type: usize, features: &Features, workgroups: [u32; 2]| {
+                let constants = shader::constants(features, sizes.contact_group);
                 let program = Pipeline::new(gpu, kernel, &module, &common.layout, &buffers, &constants);
                 step.push(Dispatch { stage: kernel.stage, ply_type, sampled, workgroups, program });
             };
@@ -116,16 +117,12 @@ impl<'a> DeviceStepper<'a> {
                     };
                     for (at, ply_type) in model.ply_types.iter().enumerate() {
                         let features = Features::new(model, std::slice::from_ref(ply_type));
-                        for sampled in
-                            [false, true].into_iter().filter(|sampled| *sampled || kernel.name != "yarn_load")
-                        {
-                            add(at, &features, Some(sampled), whole);
-                        }
+                        add(at, &features, whole);
                     }
                 }
-                Stage::Plies => add(0, &features, None, workgroups(sizes.nodes.div_ceil(u64::from(GROUP)), most)),
-                Stage::Projectile => add(0, &features, None, [1, 1]),
-                Stage::EnergyBalance => add(0, &features, Some(true), [sizes.groups as u32, 1]),
+                Stage::Plies => add(0, &features, workgroups(sizes.nodes.div_ceil(u64::from(GROUP)), most)),
+                Stage::Projectile => add(0, &features, [1, 1]),
+                Stage::EnergyBalance => add(0, &features, [sizes.groups as u32, 1]),
             }
         }
         Self {
@@ -181,7 +178,7 @@ impl<'a> DeviceStepper<'a> {
     }
 
     fn dispatches_of(&self, info: &StepInfo) -> impl Iterator<Item = &Dispatch> {
-        self.step.iter().filter(|dispatch| dispatch.sampled.is_none_or(|only| only == info.slot.is_some()))
+        self.step.iter().filter(|dispatch| !dispatch.sampled || info.slot.is_some())
     }
 
     /// Records a stage of the step at a place of the batch.

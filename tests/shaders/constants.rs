@@ -150,7 +150,7 @@ fn states_of_a_contact_differ_and_a_fresh_one_is_away() {
 #[test]
 fn overridable_constants_are_those_the_host_sets() {
     let terms = Model::<f32>::new(&patch::case(1, 1)).unwrap().features();
-    let set: BTreeSet<_> = shader::constants(&terms, true, 64).iter().map(|(name, _)| (*name).to_owned()).collect();
+    let set: BTreeSet<_> = shader::constants(&terms, 64).iter().map(|(name, _)| (*name).to_owned()).collect();
     for (kernel, module) in modules() {
         let found: BTreeSet<_> = module.overrides.iter().filter_map(|(_, o)| o.name.clone()).collect();
         assert_eq!(found, set, "{kernel}");
