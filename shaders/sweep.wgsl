@@ -115,7 +115,7 @@ fn sweep(id: Invocation) {
     let number = id.group.y * id.groups.x + id.group.x;
     let counts = tile_counts();
     let ply = number / (counts.x * counts.y);
-    if (ply >= scene.plies || plies[min(ply, scene.plies - 1u)].ply_type != scene.ply_type) { return; }
+    if (ply >= scene.plies || plies[ply].ply_type != scene.ply_type) { return; }
     let at_tile = vec2<u32>((number / counts.y) % counts.x, number % counts.y);
     if (local == 0u) {
         let sound = step.index <= atomicLoad(&status[counter(BAD_STEP)]);
@@ -124,12 +124,12 @@ fn sweep(id: Invocation) {
     let reach = workgroupUniformLoad(&tile_reach);
     if (reach.w == NONE) { return; }
     // Elements of the first row and column belong to other tiles; at the edge of a ply there are none, and their numbers wrap around.
-    let corner = TILE * at_tile - vec2<u32>(1u);
+    let low = TILE * at_tile;
+    let corner = low - vec2<u32>(1u);
     let place = corner + vec2<u32>(local / SIDE, local % SIDE);
     let own = local >= SIDE && local % SIDE > 0u;
     let own_node = own && is_node(ply, place);
     let moves = own_node && is_near(reach, place, 1u, 1u);
-    let low = corner + vec2<u32>(1u);
     let rests = reach.x >= reach.y || low.x > reach.y || low.x + SIDE < reach.x || low.y > reach.w || low.y + SIDE < reach.z;
     if (rests && step.index >= SETTLED) {
         if (PROJECTILE && own_node) { mark(ply, place, vec3<f32>(0.0), 0.0); }

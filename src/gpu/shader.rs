@@ -16,13 +16,13 @@ pub enum Access {
 /// Stage of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
-    /// `sweep`, and `yarn_load` in steps with a sample.
+    /// `sweep`
     Sweep,
     /// `ply_search`, `ply_impulse`, `ply_move`
     Plies,
     /// `projectile_points`, and `projectile_contact` with the motion of the body.
     Projectile,
-    /// `energy_balance`, of steps with a sample.
+    /// `yarn_load` and `energy_balance`, in steps with a sample alone.
     EnergyBalance,
 }
 
@@ -41,6 +41,21 @@ impl Stage {
     }
 }
 
+/// What a kernel has an invocation or a workgroup for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Extent {
+    /// A workgroup for every tile, by ply types.
+    Tiles,
+    /// An invocation for every element, by ply types.
+    Elements,
+    /// An invocation for every node.
+    Nodes,
+    /// One workgroup.
+    Shot,
+    /// The workgroups of the energy balance.
+    Balance,
+}
+
 /// One compute kernel.
 #[derive(Clone, Copy, Debug)]
 pub struct Kernel {
@@ -48,19 +63,22 @@ pub struct Kernel {
     pub name: &'static str,
     /// Stage of a step that it belongs to.
     pub stage: Stage,
+    /// What it runs over.
+    pub extent: Extent,
     /// The kernel, then what it shares with others: line numbers of the kernel stay right.
     pub sources: &'static [&'static str],
     /// Bindings of group 1 in order; group 0 is the scene, the step, the plies, their grid lines and the shots.
     pub bindings: &'static [(BufferId, Access)],
 }
 
-/// Kernels: stage, name, sources besides the kernel's own, and bindings. Every source ends with the pack, its grid lines, the shot, the scene
+/// Kernels: stage, name, extent, sources besides the kernel's own, and bindings. Every source ends with the pack, its grid lines, the shot, the scene
 /// and numbers.
 macro_rules! kernels {
-    ($($stage:ident $name:literal [$($source:literal),+] {$($id:ident $access:ident),+};)+) => {
+    ($($stage:ident $name:literal $extent:ident [$($source:literal),+] {$($id:ident $access:ident),+};)+) => {
         [$(Kernel {
             name: $name,
             stage: Stage::$stage,
+            extent: Extent::$extent,
             sources: &[
                 include_str!(concat!("../../shaders/", $name, ".wgsl")),
                 $(include_str!(concat!("../../shaders/", $source, ".wgsl")),)+
@@ -78,37 +96,37 @@ macro_rules! kernels {
 /// Every kernel, in the order of a step.
 pub const KERNELS: [Kernel; 8] = kernels! {
     // Forces of the elements, and motion of the nodes.
-    Sweep "sweep"
+    Sweep "sweep" Tiles
         ["element_force", "node_update", "kinematics", "membrane", "failure", "crossover", "coupled_newton",
          "yarn_law", "arc_length", "shear", "cells", "sums", "supports", "projectile_shape", "rigid_body",
          "active_region"]
         {Nodes Write, Cells Write, Tiles Write, Status Write, Events Write, Supports Write, Body Read,
          Candidates Write};
-    // Tensions and loads of yarns.
-    Sweep "yarn_load" ["failure", "cells", "sums"] {Nodes Read, Cells Read, Tiles Write};
     // Contacts between plies, and their number at each node.
-    Plies "ply_search"
+    Plies "ply_search" Nodes
         ["ply_contact", "ply_view", "cells", "active_region"]
         {Nodes Read, Cells Read, Over Write, Contacts Write, Shares Write, Status Write};
     // Impulses of the contacts between plies.
-    Plies "ply_impulse"
+    Plies "ply_impulse" Nodes
         ["ply_contact", "ply_view"]
         {Nodes Read, Over Read, Contacts Read, Shares Read, Impulses Write, ContactWork Write, Status Write};
     // Impulses of contact between plies, applied to the nodes.
-    Plies "ply_move"
+    Plies "ply_move" Nodes
         ["ply_view", "kinematics", "cells", "supports", "active_region"]
         {Nodes Write, Cells Read, Shares Write, Impulses Write, ContactWork Write, Supports Write, Status Write};
     // Places where the projectile may touch.
-    Projectile "projectile_points"
+    Projectile "projectile_points" Shot
         ["projectile_motion", "contact_candidates", "cells", "projectile_shape", "rigid_body",
          "active_region"]
         {Nodes Read, Cells Read, Status Write, Body Write, Candidates Write, Points Write, Over Read, Touches Write};
     // Contact at those places, and motion of the projectile.
-    Projectile "projectile_contact"
+    Projectile "projectile_contact" Shot
         ["edge_contact", "projectile_motion", "rigid_body", "active_region"]
         {Nodes Write, Status Write, Body Write, Points Write, Touches Write, Members Write, Matrix Write};
+    // Tensions and loads of yarns.
+    EnergyBalance "yarn_load" Elements ["failure", "cells", "sums"] {Nodes Read, Cells Read, Tiles Write};
     // Sums of energy, momentum and counts.
-    EnergyBalance "energy_balance"
+    EnergyBalance "energy_balance" Balance
         ["cells", "sums", "projectile_shape", "rigid_body"]
         {Nodes Read, Cells Read, Tiles Write, ContactWork Write, Supports Write, Body Write, Status Write,
          Samples Write};

@@ -6,7 +6,7 @@ use super::buffers::{BufferId, IN_FLIGHT, Sizes};
 use super::layout::{self, GROUP, LAW_STRIDE, SCENE_STRIDE, STEP_STRIDE, Shot, StepInfo};
 use super::pipeline::{Common, Pipeline, strided};
 pub use super::shader::Stage;
-use super::shader::{self, KERNELS, Kernel};
+use super::shader::{self, Extent, KERNELS, Kernel};
 use super::submission::{DeviceClock, STAMP_BYTES, StageTimes};
 use super::{Device, DeviceError};
 use crate::model::Features;
@@ -20,8 +20,6 @@ pub const BATCH: usize = 1024;
 struct Dispatch {
     stage: Stage,
     ply_type: usize,
-    /// Whether it is part of steps with a sample alone.
-    sampled: bool,
     workgroups: [u32; 2],
     program: Pipeline,
 }
@@ -103,26 +101,18 @@ impl<'a> DeviceStepper<'a> {
                 label: Some(kernel.name),
                 source: wgpu::ShaderSource::Wgsl(source(kernel).into()),
             });
-            let sampled = kernel.name == "yarn_load" || kernel.stage == Stage::EnergyBalance;
-            let mut add = |ply_type: usize, features: &Features, workgroups: [u32; 2]| {
-                let constants = shader::constants(features, sizes.contact_group);
-                let program = Pipeline::new(gpu, kernel, &module, &common.layout, &buffers, &constants);
-                step.push(Dispatch { stage: kernel.stage, ply_type, sampled, workgroups, program });
+            let invocations = |count: u64| workgroups(count.div_ceil(u64::from(GROUP)), most);
+            let (workgroups, together) = match kernel.extent {
+                Extent::Tiles => (workgroups(sizes.plies * sizes.tiles[0] * sizes.tiles[1], most), 1),
+                Extent::Elements => (invocations(sizes.elements), 1),
+                Extent::Nodes => (invocations(sizes.nodes), usize::MAX),
+                Extent::Shot => ([1, 1], usize::MAX),
+                Extent::Balance => ([sizes.groups as u32, 1], usize::MAX),
             };
-            match kernel.stage {
-                Stage::Sweep => {
-                    let whole = match kernel.name {
-                        "yarn_load" => workgroups(sizes.elements.div_ceil(u64::from(GROUP)), most),
-                        _ => workgroups(sizes.plies * sizes.tiles[0] * sizes.tiles[1], most),
-                    };
-                    for (at, ply_type) in model.ply_types.iter().enumerate() {
-                        let features = Features::new(model, std::slice::from_ref(ply_type));
-                        add(at, &features, whole);
-                    }
-                }
-                Stage::Plies => add(0, &features, workgroups(sizes.nodes.div_ceil(u64::from(GROUP)), most)),
-                Stage::Projectile => add(0, &features, [1, 1]),
-                Stage::EnergyBalance => add(0, &features, [sizes.groups as u32, 1]),
+            for (ply_type, ply_types) in model.ply_types.chunks(together).enumerate() {
+                let constants = shader::constants(&Features::new(model, ply_types), sizes.contact_group);
+                let program = Pipeline::new(gpu, kernel, &module, &common.layout, &buffers, &constants);
+                step.push(Dispatch { stage: kernel.stage, ply_type, workgroups, program });
             }
         }
         Self {
@@ -177,14 +167,13 @@ impl<'a> DeviceStepper<'a> {
         self.running = numbers;
     }
 
-    fn dispatches_of(&self, info: &StepInfo) -> impl Iterator<Item = &Dispatch> {
-        self.step.iter().filter(|dispatch| !dispatch.sampled || info.slot.is_some())
-    }
-
     /// Records a stage of the step at a place of the batch.
     pub(crate) fn record(&self, pass: &mut wgpu::ComputePass<'_>, at: usize, info: &StepInfo, stage: Stage) {
         let step = at as u32 * STEP_STRIDE as u32;
-        for dispatch in self.dispatches_of(info).filter(|dispatch| dispatch.stage == stage) {
+        if stage == Stage::EnergyBalance && info.slot.is_none() {
+            return;
+        }
+        for dispatch in self.step.iter().filter(|dispatch| dispatch.stage == stage) {
             let [scene, law] = [SCENE_STRIDE, LAW_STRIDE].map(|stride| dispatch.ply_type as u32 * stride as u32);
             let [x, y] = dispatch.workgroups;
             pass.set_bind_group(0, &self.common.group, &[scene, step, law]);

@@ -218,6 +218,7 @@ impl DeviceShot {
         events.for_each(|event| self.record.add_failures(std::slice::from_ref(event)));
         check_room(stepper, &result.status)?;
         if bad < u64::from(layout::NONE) {
+            // The bad step wrote its slot, and no later one wrote the other.
             self.download(stepper, state, bad + 1)?;
             state.step = bad;
             self.record.diagnose(&self.model, state, ("kinetic energy", f64::NAN));

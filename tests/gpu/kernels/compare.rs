@@ -65,13 +65,7 @@ impl Part {
 
     /// Whether it runs a kernel.
     fn needs(self, kernel: &Kernel, scene: &Scene) -> bool {
-        let stages = self.stages(scene);
-        stages.contains(&match kernel.name {
-            "sweep" | "yarn_load" => Stage::Sweep,
-            name if name.starts_with("ply_") => Stage::Plies,
-            name if name.starts_with("projectile_") => Stage::Projectile,
-            _ => Stage::EnergyBalance,
-        })
+        self.stages(scene).contains(&kernel.stage)
     }
 }
 
