@@ -2,7 +2,7 @@
 //! have their own; in the place of each may stand `{"file": …}`.
 
 use std::iter::once;
-use std::path::Path;
+use std::path::{Component, Path};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer};
@@ -390,14 +390,19 @@ fn text_of(name: &str, folder: Option<&Path>, place: &str) -> Result<(String, St
         let text = builtin_fabric(name).ok_or_else(|| refused("a fabric that is built in", quote(name)).help(help))?;
         return Ok((format!("{name} (built in)"), text.to_owned()));
     };
-    let outside = |why: &str| {
-        let error = refused("a file inside the case's folder", format!("{}, {why}", quote(name)));
-        error.help("copy the fabric file beside the case")
-    };
+    let outside = |why: &str| refused("a file inside the case's folder", format!("{}, {why}", quote(name)));
+    let beside = "copy the fabric file beside the case";
+    if Path::new(name).is_absolute() {
+        return Err(outside("an absolute path").help("name it relative to the case's folder"));
+    }
+    let is_inside = |part: Component<'_>| matches!(part, Component::Normal(_) | Component::CurDir);
+    if !Path::new(name).components().all(is_inside) || name.is_empty() {
+        return Err(outside("which leaves the folder").help(beside));
+    }
     let canonical = |path: &Path| path.canonicalize().map_err(|error| outside(&error.to_string()));
     let path = canonical(&folder.join(name))?;
-    if name.is_empty() || !path.starts_with(canonical(folder)?) {
-        return Err(outside("a path or a link that leaves the folder"));
+    if !path.starts_with(canonical(folder)?) {
+        return Err(outside("a link that leaves the folder").help(beside));
     }
     let file = folder.join(name).display().to_string();
     let text = read::text_of_file(&path).map_err(|error| error.in_file(&file))?;

@@ -247,10 +247,12 @@ pub fn report(case: &Case) -> String {
     let mut group = "";
     for [pointer, value, origin, source] in &rows {
         let top = pointer.split('/').nth(1).unwrap_or_default();
-        text += if top != group && !group.is_empty() { "\n" } else { "" };
+        if top != group && !group.is_empty() {
+            text.push('\n');
+        }
         group = top;
-        let row = format!("{pointer:pointers$}  {value:values$}  {origin:7}  {source}");
-        text += &format!("{}\n", row.trim_end());
+        text += format!("{pointer:pointers$}  {value:values$}  {origin:7}  {source}").trim_end();
+        text.push('\n');
     }
     let assumed = case.fields.iter().filter(|field| field.assumed).count();
     if assumed > 0 {

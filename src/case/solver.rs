@@ -319,13 +319,17 @@ enum Tolerance {
 impl BoundKeys {
     fn bound(&self, at: &str) -> Result<Bound, CaseError> {
         let is_ranged = self.min.is_some() || self.max.is_some();
-        let given = if self.tolerance.is_some() { "one" } else { "nothing" };
+        let given = match &self.tolerance {
+            Some(Tolerance::Absolute(number)) => number_text(*number),
+            Some(Tolerance::Percent(text)) => quote(text),
+            None => "nothing".to_owned(),
+        };
         let (key, expected, found) = match (&self.value, &self.tolerance) {
             (Some(_), _) if is_ranged => ("/value", "either \"value\" or \"min\" and \"max\"", "both"),
             (Some(NumberOrWord::Word(word)), None) => return Ok(Bound::Word(word.clone())),
-            (Some(NumberOrWord::Word(_)), Some(_)) => ("/tolerance", "no tolerance with a word as value", given),
+            (Some(NumberOrWord::Word(_)), Some(_)) => ("/tolerance", "no tolerance with a word as value", &*given),
             (Some(NumberOrWord::Number(_)), None) => {
-                ("/tolerance", "a tolerance with a number as value, absolute or like \"1%\"", given)
+                ("/tolerance", "a tolerance with a number as value, absolute or like \"1%\"", &*given)
             }
             (&Some(NumberOrWord::Number(value)), Some(Tolerance::Absolute(tolerance))) => {
                 return Ok(Bound::Value { value, tolerance: *tolerance });
@@ -333,7 +337,7 @@ impl BoundKeys {
             (&Some(NumberOrWord::Number(value)), Some(Tolerance::Percent(text))) => {
                 return Ok(Bound::Value { value, tolerance: percent(text).unwrap_or_default() * value.abs() });
             }
-            (None, Some(_)) => ("/tolerance", "no tolerance without \"value\"", given),
+            (None, Some(_)) => ("/tolerance", "no tolerance without \"value\"", &*given),
             (None, None) if !is_ranged => ("", "\"value\", \"min\" or \"max\"", "none of them"),
             (None, None) => {
                 let (min, max) = (self.min.unwrap_or(f64::NEG_INFINITY), self.max.unwrap_or(f64::INFINITY));

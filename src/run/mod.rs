@@ -280,18 +280,21 @@ pub trait RunScalar: KernelScalar + Serialize + DeserializeOwned {
     fn view<'a>(model: &'a Arc<Model<Self>>, state: &'a State<Self>) -> View<'a>;
 }
 
-macro_rules! run_scalar {
-    ($($scalar:ident $precision:ident $view:ident),+) => {$(
-        impl RunScalar for $scalar {
-            const PRECISION: Precision = Precision::$precision;
+impl RunScalar for f64 {
+    const PRECISION: Precision = Precision::F64;
 
-            fn view<'a>(model: &'a Arc<Model<Self>>, state: &'a State<Self>) -> View<'a> {
-                View::$view(model, state)
-            }
-        }
-    )+};
+    fn view<'a>(model: &'a Arc<Model<Self>>, state: &'a State<Self>) -> View<'a> {
+        View::Double(model, state)
+    }
 }
-run_scalar!(f64 F64 Double, f32 F32 Single);
+
+impl RunScalar for f32 {
+    const PRECISION: Precision = Precision::F32;
+
+    fn view<'a>(model: &'a Arc<Model<Self>>, state: &'a State<Self>) -> View<'a> {
+        View::Single(model, state)
+    }
+}
 
 impl Observer for () {}
 
