@@ -36,9 +36,12 @@ fn leave_wayland_alone() {
 }
 
 fn main() -> ExitCode {
+    let command = Arguments::parse().command;
     #[cfg(target_os = "linux")]
-    leave_wayland_alone();
-    let done = match Arguments::parse().command {
+    if command.looks_for_adapters() {
+        leave_wayland_alone();
+    }
+    let done = match command {
         Command::Run(arguments) => cli::run::run(&arguments),
         Command::Resume { folder, print } => cli::run::resume(&folder, &print),
         Command::New(arguments) => cli::new::new(&arguments),

@@ -116,6 +116,15 @@ All files are those of an uninterrupted run, to the last bit, but for the time i
     },
 }
 
+impl Command {
+    /// Whether it may look for graphics adapters.
+    #[cfg(target_os = "linux")]
+    pub(crate) fn looks_for_adapters(&self) -> bool {
+        use Command::{Bench, Info, Resume, Run, Shots, Sweep, V50, Verify};
+        matches!(self, Run(_) | Resume { .. } | Bench(_) | Verify(_) | Shots(_) | V50(_) | Sweep(_) | Info { .. })
+    }
+}
+
 /// Backend and threads.
 #[derive(Args, Clone, Debug, Default)]
 pub(crate) struct BackendArguments {
@@ -333,8 +342,13 @@ fn column(text: &str) -> Result<(ColumnKind, String), String> {
     parts.ok_or_else(|| format!("expected velocity, perforated, count or residual, =, and a heading, found {text:?}"))
 }
 
+/// A time above 0 [µs], in s.
+pub(crate) fn interval(text: &str) -> Result<f64, String> {
+    number(text, "a time above 0 in µs", |time| time > 0.0 && time.is_finite()).map(|time| time * 1e-6)
+}
+
 /// A number above 0.
-pub(crate) fn above_zero(text: &str) -> Result<f64, String> {
+fn above_zero(text: &str) -> Result<f64, String> {
     number(text, "a number above 0", |number| number > 0.0 && number.is_finite())
 }
 

@@ -17,7 +17,7 @@ use serde_json::{Value, json};
 
 use super::arguments::{BackendArguments, BackendChoice, PrintArguments};
 use super::backend;
-use super::failure::{CommandFailure, FAILED, INTERRUPTED};
+use super::failure::CommandFailure;
 use super::terminal::{self, Align, TextTable};
 
 /// Name of the file that `bench` writes.
@@ -113,11 +113,11 @@ pub(crate) fn bench(arguments: &BenchArguments) -> Result<(), CommandFailure> {
     terminal::show(&arguments.print, &report, texts)?;
     if interrupted.load(Ordering::Relaxed) {
         let words = format!("interrupted; what was measured until then: {}", folder.path().display());
-        return Err(CommandFailure::new(INTERRUPTED, words));
+        return Err(CommandFailure::interrupted(words));
     }
     let failed = measured.iter().find_map(|one| Some((&one["case"], one["reference"]["failed"].as_str()?)));
     failed.map_or(Ok(()), |(case, why)| {
-        Err(CommandFailure::new(FAILED, format!("error: {}: the reference did not end\n  found: {why}", word(case))))
+        Err(CommandFailure::check(format!("error: {}: the reference did not end\n  found: {why}", word(case))))
     })
 }
 
@@ -195,9 +195,9 @@ pub(crate) fn verify(arguments: &VerifyArguments) -> Result<(), CommandFailure> 
         format!("{table}\n{counts}\n")
     })?;
     if interrupted.load(Ordering::Relaxed) {
-        return Err(CommandFailure::new(INTERRUPTED, "interrupted; rows after this are missing"));
+        return Err(CommandFailure::interrupted("interrupted; rows after this are missing"));
     }
-    if failed > 0 { Err(CommandFailure::new(FAILED, format!("error: verification: {counts}"))) } else { Ok(()) }
+    if failed > 0 { Err(CommandFailure::check(format!("error: verification: {counts}"))) } else { Ok(()) }
 }
 
 /// Expectations of a case, each with what its run gave, as `summary.json` has them; none of an interrupted run. Or why there is no result.

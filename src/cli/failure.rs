@@ -9,12 +9,6 @@ use ripstop::run::RunError;
 
 use super::terminal;
 
-/// A check failed or the run became unstable.
-pub(crate) const FAILED: u8 = 1;
-/// Bad input or usage, or results that cannot be written.
-pub(crate) const INPUT: u8 = 2;
-/// No device for what was asked, or one that was lost on the way.
-pub(crate) const LOST: u8 = 3;
 /// Stopped by the user.
 pub(crate) const INTERRUPTED: u8 = 130;
 
@@ -26,20 +20,35 @@ pub(crate) struct CommandFailure {
 }
 
 impl CommandFailure {
-    /// Failure with an exit code.
-    pub(crate) fn new(code: u8, message: impl Into<String>) -> Self {
-        Self { code, message: message.into() }
+    /// Exit code 1: a check failed or the run became unstable.
+    pub(crate) fn check(message: impl Into<String>) -> Self {
+        Self { code: 1, message: message.into() }
+    }
+
+    /// Exit code 2: bad input or usage, or results that cannot be written.
+    pub(crate) fn input(message: impl Into<String>) -> Self {
+        Self { code: 2, message: message.into() }
     }
 
     /// Exit code 2, with the place, what may stand there and what stands there.
     pub(crate) fn expected(place: impl Display, expected: impl Display, found: impl Display) -> Self {
-        Self::new(INPUT, format!("error: {place}\n  expected: {expected}\n  found: {found}"))
+        Self::input(format!("error: {place}\n  expected: {expected}\n  found: {found}"))
     }
 
     /// This failure, with advice.
     pub(crate) fn help(mut self, help: impl Display) -> Self {
         self.message += &format!("\n  help: {help}");
         self
+    }
+
+    /// Exit code 3: no device for what was asked, or one that was lost on the way.
+    pub(crate) fn lost(message: impl Into<String>) -> Self {
+        Self { code: 3, message: message.into() }
+    }
+
+    /// Exit code 130.
+    pub(crate) fn interrupted(message: impl Into<String>) -> Self {
+        Self { code: INTERRUPTED, message: message.into() }
     }
 
     /// Both, with the code of the first.
@@ -58,7 +67,7 @@ impl CommandFailure {
         match error {
             RunError::Model(error) | RunError::Checkpoint(error) => error.clone().in_file(file).into(),
             RunError::Device(error) => Self::device(error),
-            other => Self::new(INPUT, format!("error: {other}")),
+            other => Self::input(format!("error: {other}")),
         }
     }
 
@@ -71,12 +80,12 @@ impl CommandFailure {
         let expected = "a graphics adapter with Vulkan, Metal or DirectX 12 that can compute this";
         let failure = Self::expected("--backend gpu", expected, format!("{error}{known}"));
         let help = "take --backend cpu; `ripstop info CASE` lists adapters, and the memory that a case needs";
-        Self { code: LOST, ..failure.help(help) }
+        Self { code: 3, ..failure.help(help) }
     }
 }
 
 impl From<CaseError> for CommandFailure {
     fn from(error: CaseError) -> Self {
-        Self::new(INPUT, error.to_string())
+        Self::input(error.to_string())
     }
 }

@@ -16,8 +16,8 @@ use ripstop::run::checkpoint::{Checkpoint, Checkpointable, Header};
 use ripstop::run::{self, Observer, Options, Precision, Progress, Run, RunError, Skips, View};
 use serde_json::Value;
 
-use super::arguments::{BackendArguments, BackendChoice, PrintArguments, above_zero, read};
-use super::failure::{CommandFailure, FAILED, INTERRUPTED, LOST};
+use super::arguments::{BackendArguments, BackendChoice, PrintArguments, interval, read};
+use super::failure::CommandFailure;
 use super::terminal::{self, say};
 use super::{backend, result};
 
@@ -65,7 +65,7 @@ pub(crate) struct RunArguments {
     #[arg(long, value_name = "N")]
     pub(crate) frames: Option<u32>,
     /// Simulated µs between checkpoints in DIR, from which `ripstop resume DIR` goes on; Ctrl-C leaves one too, the end of the run none
-    #[arg(long, value_name = "US", value_parser = above_zero)]
+    #[arg(long, value_name = "US", value_parser = interval)]
     pub(crate) checkpoint_every: Option<f64>,
     #[command(flatten)]
     pub(crate) print: PrintArguments,
@@ -134,7 +134,7 @@ pub(crate) fn shoot(
     let attempt = |options: Options<'_>| {
         let head = arguments
             .checkpoint_every
-            .map(|every| Header { report: !arguments.no_report, ..Header::new(case, &options, every * 1e-6) });
+            .map(|every| Header { report: !arguments.no_report, ..Header::new(case, &options, every) });
         let recorder = (case.output.frames > 0).then(|| Recorder::new(&folder, case, head.is_some()));
         let animation = (!arguments.no_report).then(|| Animation::new(case));
         let checkpoint_writer = head.map(|head| CheckpointWriter::new(&folder, case, head, start));
@@ -241,32 +241,25 @@ fn verdict(case: &Case, run: &Run, summary: &Value, folder: &Path, goes_on: bool
     let folder = folder.display();
     let resume = if goes_on { format!("\n  help: `ripstop resume {folder}` goes on") } else { String::new() };
     if let Some(divergence) = &run.divergence {
-        return Err(CommandFailure::new(
-            FAILED,
-            format!(
-                "error: {}: the run became unstable\n  where: {}\n  found: {}\n  help: lower /solver/courant",
-                file(case),
-                output::place(divergence),
-                divergence.quantity
-            ),
-        ));
+        return Err(CommandFailure::check(format!(
+            "error: {}: the run became unstable\n  where: {}\n  found: {}\n  help: lower /solver/courant",
+            file(case),
+            output::place(divergence),
+            divergence.quantity
+        )));
     }
     if let Some(reason) = &run.lost {
-        return Err(CommandFailure::new(
-            LOST,
-            format!(
-                "error: {}: the device gave up at {}\n  found: {reason}\n  help: take --backend cpu; results up to there: {folder}{resume}",
-                file(case),
-                output::reached(run),
-            ),
-        ));
+        return Err(CommandFailure::lost(format!(
+            "error: {}: the device gave up at {}\n  found: {reason}\n  help: take --backend cpu; results up to there: {folder}{resume}",
+            file(case),
+            output::reached(run),
+        )));
     }
     if run.interrupted {
         let reached = output::reached(run);
-        return Err(CommandFailure::new(
-            INTERRUPTED,
-            format!("interrupted at {reached}; results up to there: {folder}{resume}"),
-        ));
+        return Err(CommandFailure::interrupted(format!(
+            "interrupted at {reached}; results up to there: {folder}{resume}"
+        )));
     }
     let expect = || summary["expect"].as_array().into_iter().flatten();
     let fails = expect().filter(|check| judgement(check) == Judgement::Fails);
@@ -275,7 +268,7 @@ fn verdict(case: &Case, run: &Run, summary: &Value, folder: &Path, goes_on: bool
         return Ok(());
     }
     let counts = format!("{} of {} expectations failed", failed.len(), expect().count());
-    Err(CommandFailure::new(FAILED, format!("error: {}: {counts}{}", file(case), failed.concat())))
+    Err(CommandFailure::check(format!("error: {}: {counts}{}", file(case), failed.concat())))
 }
 
 /// Observer of a run: progress bar, animation, frames, checkpoints.

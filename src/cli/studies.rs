@@ -21,7 +21,7 @@ use super::arguments::{
     V50Arguments, read,
 };
 use super::backend;
-use super::failure::{CommandFailure, FAILED, INTERRUPTED};
+use super::failure::CommandFailure;
 use super::result::{files, notes};
 use super::run::{RunArguments, shoot};
 use super::terminal::{self, Align, TextTable, part, say};
@@ -70,9 +70,8 @@ pub(crate) fn v50(arguments: &V50Arguments) -> Result<(), CommandFailure> {
         missing = found.missing();
         Ok((found.json(case, &request, options.seed), found.report(case, &request)))
     })?;
-    missing.map_or(Ok(()), |why| {
-        Err(CommandFailure::new(FAILED, format!("error: {}: {why}", arguments.batch.case.display())))
-    })
+    missing
+        .map_or(Ok(()), |why| Err(CommandFailure::check(format!("error: {}: {why}", arguments.batch.case.display()))))
 }
 
 /// `ripstop sweep`: shots or a V50 at every point of a grid.
@@ -208,10 +207,10 @@ fn failure(error: BatchError, folder: &Path) -> CommandFailure {
     match error {
         BatchError::Refused(error) => error.into(),
         BatchError::Device(error) => CommandFailure::device(&error),
-        BatchError::Interrupted => CommandFailure::new(
-            INTERRUPTED,
-            format!("interrupted; rows so far: {}\n  help: the same command goes on", folder.display()),
-        ),
+        BatchError::Interrupted => CommandFailure::interrupted(format!(
+            "interrupted; rows so far: {}\n  help: the same command goes on",
+            folder.display()
+        )),
     }
 }
 

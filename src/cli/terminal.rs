@@ -15,7 +15,7 @@ use ripstop::run::Progress;
 use serde_json::Value;
 
 use super::arguments::PrintArguments;
-use super::failure::{CommandFailure, INPUT, INTERRUPTED};
+use super::failure::{CommandFailure, INTERRUPTED};
 
 /// Ticks of the bar of a run.
 const LENGTH: f64 = 1000.0;
@@ -30,7 +30,7 @@ pub(crate) fn print(text: &str) -> Result<(), CommandFailure> {
     let mut out = io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
-            Err(CommandFailure::new(INPUT, format!("error: cannot write to standard output: {error}")))
+            Err(CommandFailure::input(format!("error: cannot write to standard output: {error}")))
         }
         _ => Ok(()),
     }
@@ -200,6 +200,6 @@ pub(crate) fn watch_interrupts() -> Result<Arc<AtomicBool>, CommandFailure> {
     };
     match ctrlc::set_handler(handler) {
         Ok(()) => Ok(raised),
-        Err(error) => Err(CommandFailure::new(INPUT, format!("error: cannot listen for Ctrl-C: {error}"))),
+        Err(error) => Err(CommandFailure::input(format!("error: cannot listen for Ctrl-C: {error}"))),
     }
 }
