@@ -280,6 +280,20 @@ fn range_data_is_read_as_it_is_written() {
 }
 
 #[test]
+fn residual_velocities_and_the_rules_of_standards_are_in_the_results() {
+    let exact = |velocity: f64| format!("{velocity},1,{}\n", (velocity * velocity - 300.0 * 300.0).sqrt());
+    let passed: String = [305.0, 310.0, 320.0, 340.0, 380.0].map(exact).concat();
+    let text = format!("velocity_m_s,perforated,residual_velocity_m_s\n280,0,0\n295,0,\n299,0,\n306,0,\n{passed}");
+    let bench = fit_bench(&[("shots.csv", &text)]);
+    let found = fit_json(&bench, &["shots.csv"]);
+    for (curve, name) in found["residual"].as_array().unwrap().iter().zip(["Recht-Ipson", "Lambert-Jonas"]) {
+        assert_eq!(curve["curve"], name);
+        near(&curve["limit"], 300.0, 1e-3);
+    }
+    assert_eq!(found["arithmetic"][2]["refused"], "perforations: 5, stops: 4");
+}
+
+#[test]
 fn files_are_whole_and_need_nothing_else() {
     let bench = fit_bench(&[("<b>&.csv", PUBLISHED)]);
     let output = fit(&bench, &["<b>&.csv", "-q", "-o", "out/fit"]);
@@ -297,7 +311,7 @@ fn files_are_whole_and_need_nothing_else() {
 fn a_bad_table_is_one_error_and_nothing_is_written() {
     let head = "velocity_m_s,perforated,count,residual_velocity_m_s\n";
     let lines = |line: &str| format!("{head}400,0,,\n{line}\n");
-    let tables: [(&str, String, &str); 14] = [
+    let tables: [(&str, String, &str); 16] = [
         (
             "no-unit",
             "velocity,perforated\n1,1\n".into(),
@@ -310,6 +324,8 @@ fn a_bad_table_is_one_error_and_nothing_is_written() {
         ("word", lines("fast,1,,"), "line 3, column velocity_m_s|\"fast\""),
         ("nothing", format!("{head},1,,\n400,na,,\n"), "no shot"),
         ("two", lines("410,2,,"), "line 3, column perforated|stopped where it was stopped|\"2\""),
+        ("heading", head.into(), "no shot"),
+        ("nan", lines("NaN,1,,"), "line 3, column velocity_m_s|\"NaN\""),
         ("part", lines("410,1,1.5,"), "line 3, column count|\"1.5\""),
         ("stopped", lines("410,0,1,50"), "line 3, column residual_velocity_m_s|stopped|\"50\""),
         ("faster", lines("410,1,1,411"), "line 3, column residual_velocity_m_s|410 m/s|\"411\""),

@@ -179,6 +179,16 @@ fn shots_without_any_outcome_end_in_rows_with_a_reason() {
         missing.starts_with("no ballistic limit: at ") && missing.ends_with("raise /solver/end_time_us"),
         "{missing}"
     );
+    let request = sweep_request(&["/pack/plies=1,2"], &["/solver/end_time_us=2"]);
+    let out = TempDir::new().unwrap();
+    let swept = sweep::run(&request, &options(2, false), &folder(out.path()), "small ply").unwrap();
+    assert!(
+        swept
+            .points
+            .iter()
+            .all(|point| point.last().is_some_and(|reason| reason.as_str().unwrap().contains("undecided"))),
+        "{swept:?}"
+    );
 }
 
 #[test]
@@ -340,6 +350,14 @@ fn a_finer_mesh_corrects_the_limit_by_what_it_moves_single_thresholds() {
     let plain = limit(&case, &v50_request(3), 2, other.path(), false);
     assert_eq!(plain.thresholds, found.thresholds);
     assert!(!other.path().join("v50-refined.csv").exists() && plain.refinement.is_none());
+    // An end among them changes nothing.
+    let expected = files(place.path());
+    let broken = TempDir::new().unwrap();
+    fs::write(broken.path().join("plan.json"), &expected["plan.json"]).unwrap();
+    fs::write(broken.path().join("v50.csv.partial"), &expected["v50.csv"]).unwrap();
+    fs::write(broken.path().join("v50-refined.csv.partial"), &table[..table.len() / 2]).unwrap();
+    limit(&case, &request, 1, broken.path(), true);
+    assert!(files(broken.path()) == expected);
     // A case on that mesh has nothing to be corrected by.
     let third = TempDir::new().unwrap();
     let request = V50Request { bracket: 0.1, ..request };

@@ -303,4 +303,15 @@ mod tests {
         animation.body = Some(body);
         assert_eq!(animation.opening(), 2);
     }
+
+    #[test]
+    fn first_and_last_of_many_plies_are_shown() {
+        assert_eq!(shown(3), [0, 1, 2]);
+        assert_eq!(shown(50), [0, 7, 14, 21, 28, 35, 42, 49]);
+        for plies in 9..65 {
+            let shown = shown(plies);
+            assert!(shown.len() == PLIES && shown[0] == 0 && shown[PLIES - 1] == plies - 1, "{plies}");
+            assert!(shown.windows(2).all(|pair| pair[0] < pair[1]), "{plies}");
+        }
+    }
 }
