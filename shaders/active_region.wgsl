@@ -9,8 +9,8 @@ fn reach_of(ply: u32) -> vec4<u32> {
         atomicLoad(&status[at]), atomicLoad(&status[at + 1u]), atomicLoad(&status[at + 2u]), atomicLoad(&status[at + 3u]));
 }
 
-/// Whether a place lies in a reach, with so many more before and after it: of nodes one and one is a ring; of elements one and none those with
-/// a corner in the reach, two and one those with a corner in the ring.
+/// Whether a place lies in a reach with `before` more rows and columns at its beginning and `after` more at its end. Nodes of the reach and
+/// of the ring around it: 1, 1. Elements with a corner in the reach: 1, 0; with a corner in the ring: 2, 1.
 fn is_near(reach: vec4<u32>, place: vec2<u32>, before: u32, after: u32) -> bool {
     let row = place.x + before >= reach.x && place.x < reach.y + after;
     let column = place.y + before >= reach.z && place.y < reach.w + after;

@@ -204,7 +204,7 @@ struct ElementForces {
     warp: vec3<f32>,
     weft: vec3<f32>,
     mode: vec3<f32>,
-    /// Whether it stood at the beginning of the step.
+    /// Whether any of its yarns carried load at the beginning of the step.
     stood: bool,
 }
 

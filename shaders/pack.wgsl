@@ -196,5 +196,5 @@ fn vector_in(slot: u32, field: u32, node: u32) -> vec3<f32> {
     return vec3<f32>(nodes[at], nodes[at + scene.nodes], nodes[at + 2u * scene.nodes]);
 }
 
-/// The same at the end of the step, as far as it has come.
+/// Vector of a node in the slot that this step writes.
 fn node_vector(field: u32, node: u32) -> vec3<f32> { return vector_in(slot_now(), field, node); }

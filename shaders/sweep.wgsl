@@ -23,7 +23,7 @@
 const SIDE: u32 = TILE + 1u;
 const NODES: u32 = TILE + 2u;
 const INVOCATIONS: u32 = SIDE * SIDE;
-/// First steps, which compute everything: after them an element at rest has the same words in each slot for ever.
+/// First steps, which compute everything: after them the words of an element at rest no longer change in either slot.
 const SETTLED: u32 = 4u;
 
 /// Displacements and velocities of the nodes of the tile, shape (2, 17, 17); then forces of its elements, shape (3, 16, 16); then sums, shape
