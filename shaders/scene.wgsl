@@ -39,6 +39,9 @@ override GRADED: bool = true;
 /// all of them together; where few have work, every barrier waits for the others.
 override WIDTH: u32 = 256u;
 
+/// Rows of elements of a tile that `sweep` computes: few where a ply is a strip.
+override TILE_ROWS: u32 = 16u;
+
 /// Invocations per workgroup of the kernels over elements and nodes.
 const GROUP: u32 = 64u;
 

@@ -39,11 +39,14 @@ const PLY_FRICTION_WORK: u32 = 24u;
 const PLY_SEPARATION_WORK: u32 = 25u;
 const SUMS: u32 = 26u;
 
-/// Elements along a side of a tile that it owns.
-const TILE: u32 = 15u;
+/// Elements of a tile that `sweep` computes, one an invocation.
+const INVOCATIONS: u32 = 256u;
+
+/// Rows and columns of the elements that a tile owns.
+fn owned_sides() -> vec2<u32> { return vec2<u32>(TILE_ROWS, INVOCATIONS / TILE_ROWS) - 1u; }
 
 /// Tiles of a ply along its rows and columns: a node more than elements.
-fn tile_counts() -> vec2<u32> { return (vec2<u32>(scene.rows, scene.columns) + TILE) / TILE; }
+fn tile_counts() -> vec2<u32> { return (vec2<u32>(scene.rows, scene.columns) + owned_sides()) / owned_sides(); }
 
 /// Place in `tiles` of a number of a tile of a ply.
 fn tile_sum(ply: u32, tile: u32, which: u32) -> u32 { return (ply_number(ply) * tile_counts().x * tile_counts().y + tile) * TILE_SUMS + which; }

@@ -19,15 +19,14 @@
 @group(1) @binding(6) var<storage, read> bodies: array<Body>;
 @group(1) @binding(7) var<storage, read_write> candidates: array<atomic<u32>>;
 
-/// Elements along a side of a tile, nodes, and invocations.
-const SIDE: u32 = TILE + 1u;
-const NODES: u32 = TILE + 2u;
-const INVOCATIONS: u32 = SIDE * SIDE;
+/// Elements and nodes along a row of a tile, and all of its nodes.
+fn side() -> u32 { return INVOCATIONS / TILE_ROWS; }
+fn across() -> u32 { return side() + 1u; }
+fn all_nodes() -> u32 { return (TILE_ROWS + 1u) * across(); }
 /// First steps, which compute everything: after them the words of an element at rest no longer change in either slot.
 const SETTLED: u32 = 4u;
 
-/// Displacements and velocities of the nodes of the tile, shape (2, 17, 17); then forces of its elements, shape (3, 16, 16); then sums, shape
-/// (3, 16, 16).
+/// Displacements and velocities of the nodes of the tile, shape (2, `all_nodes`); then forces of its elements, shape (3, 256); then sums, the same.
 var<workgroup> tile: array<vec4<f32>, 768>;
 /// Nodes of the ply that may have moved; `NONE` after a bad step.
 var<workgroup> tile_reach: vec4<u32>;
@@ -37,14 +36,14 @@ var<workgroup> open_cells: atomic<u32>;
 
 /// Displacements (0) or velocities (1) of a node of the tile and the three that close its element.
 fn tile_differences(field: u32, node: u32) -> Differences {
-    let at = field * NODES * NODES + node;
-    return differences(tile[at].xyz, tile[at + 1u].xyz, tile[at + NODES + 1u].xyz, tile[at + NODES].xyz);
+    let at = field * all_nodes() + node;
+    return differences(tile[at].xyz, tile[at + 1u].xyz, tile[at + across() + 1u].xyz, tile[at + across()].xyz);
 }
 
 /// Loads the nodes of the tile; `corner`: place of the first, which may lie beyond the edge.
 fn load_nodes(ply: u32, corner: vec2<u32>, local: u32) {
-    for (var at = local; at < NODES * NODES; at += INVOCATIONS) {
-        let place = corner + vec2<u32>(at / NODES, at % NODES);
+    for (var at = local; at < all_nodes(); at += INVOCATIONS) {
+        let place = corner + vec2<u32>(at / across(), at % across());
         var u = vec3<f32>(0.0);
         var v = vec3<f32>(0.0);
         if (is_node(ply, place)) {
@@ -52,7 +51,7 @@ fn load_nodes(ply: u32, corner: vec2<u32>, local: u32) {
             v = vector_in(slot_before(), 3u, node_at(ply, place));
         }
         tile[at] = vec4<f32>(u, 0.0);
-        tile[NODES * NODES + at] = vec4<f32>(v, 0.0);
+        tile[all_nodes() + at] = vec4<f32>(v, 0.0);
     }
 }
 
@@ -60,8 +59,8 @@ fn load_nodes(ply: u32, corner: vec2<u32>, local: u32) {
 fn gather(local: u32) -> vec3<f32> {
     let first = corner_force(local, 1.0, 1.0, -1.0);
     let second = corner_force(local - 1u, -1.0, 1.0, 1.0);
-    let third = corner_force(local - SIDE - 1u, 1.0, 1.0, 1.0);
-    let fourth = corner_force(local - SIDE, 1.0, -1.0, 1.0);
+    let third = corner_force(local - side() - 1u, 1.0, 1.0, 1.0);
+    let fourth = corner_force(local - side(), 1.0, -1.0, 1.0);
     return (first + second) + (fourth - third);
 }
 
@@ -83,17 +82,17 @@ fn add_up(first_sum: u32, local: u32) {
         tile[i * INVOCATIONS + local] = vec4<f32>(part[4u * i], part[4u * i + 1u], part[4u * i + 2u], part[4u * i + 3u]);
     }
     workgroupBarrier();
-    let which = local / SIDE;
+    let which = local / side();
     if (which < count) {
-        let first = which * INVOCATIONS + local % SIDE;
+        let first = which * INVOCATIONS + local % side();
         var sum = tile[first];
-        for (var i = SIDE; i < INVOCATIONS; i += SIDE) { sum = joined_four(which, sum, tile[first + i]); }
+        for (var i = side(); i < INVOCATIONS; i += side()) { sum = joined_four(which, sum, tile[first + i]); }
         tile[first] = sum;
     }
     workgroupBarrier();
     if (local < count) {
         var sum = tile[local * INVOCATIONS];
-        for (var i = 1u; i < SIDE; i++) { sum = joined_four(local, sum, tile[local * INVOCATIONS + i]); }
+        for (var i = 1u; i < side(); i++) { sum = joined_four(local, sum, tile[local * INVOCATIONS + i]); }
         for (var i = 0u; i < 4u; i++) {
             let at = first_sum + 4u * local + i;
             tiles[at] = joined(4u * local + i, tiles[at], sum[i]);
@@ -124,31 +123,31 @@ fn sweep(id: Invocation) {
     let reach = workgroupUniformLoad(&tile_reach);
     if (reach.w == NONE) { return; }
     // Elements of the first row and column belong to other tiles; at the edge of a ply there are none, and their numbers wrap around.
-    let low = TILE * at_tile;
+    let low = owned_sides() * at_tile;
     let corner = low - vec2<u32>(1u);
-    let place = corner + vec2<u32>(local / SIDE, local % SIDE);
-    let own = local >= SIDE && local % SIDE > 0u;
+    let place = corner + vec2<u32>(local / side(), local % side());
+    let own = local >= side() && local % side() > 0u;
     let own_node = own && is_node(ply, place);
     let moves = own_node && is_near(reach, place, 1u, 1u);
-    let rests = reach.x >= reach.y || low.x > reach.y || low.x + SIDE < reach.x || low.y > reach.w || low.y + SIDE < reach.z;
+    let rests = reach.x >= reach.y || low.x > reach.y || low.x + TILE_ROWS < reach.x || low.y > reach.w || low.y + side() < reach.z;
     if (rests && step.index >= SETTLED) {
         if (PROJECTILE && own_node) { mark(ply, place, vec3<f32>(0.0), 0.0); }
         return;
     }
     load_nodes(ply, corner, local);
     workgroupBarrier();
-    let at = (local / SIDE) * NODES + local % SIDE;
+    let at = (local / side()) * across() + local % side();
     var forces = ElementForces();
     if (is_element(ply, place) && (step.index < SETTLED || is_near(reach, place, 2u, 1u))) {
         let counted = own && (step.index == 0u || is_near(reach, place, 1u, 0u));
         forces = element_step(ply, place, tile_differences(0u, at), tile_differences(1u, at), own, counted);
         if (is_sampled() && own && forces.stood) {
-            let z = vec4<f32>(tile[at].z, tile[at + 1u].z, tile[at + NODES].z, tile[at + NODES + 1u].z);
+            let z = vec4<f32>(tile[at].z, tile[at + 1u].z, tile[at + across()].z, tile[at + across() + 1u].z);
             part[DEFLECTION] = max(max(abs(z.x), abs(z.y)), max(abs(z.z), abs(z.w)));
         }
     }
     let u = tile[at].xyz;
-    let v = tile[NODES * NODES + at].xyz;
+    let v = tile[all_nodes() + at].xyz;
     workgroupBarrier();
     tile[local] = vec4<f32>(forces.warp, 0.0);
     tile[INVOCATIONS + local] = vec4<f32>(forces.weft, 0.0);

@@ -2,8 +2,8 @@
 
 use super::DeviceError;
 use super::layout::{
-    BODY_WORDS, CONTACT_GROUPS, CONTACT_WORDS, CONTACT_WORK_FIELDS, EVENT_WORDS, IMPULSE_FIELDS, NODE_FIELDS,
-    POINT_WORDS, REACH_WORDS, SHOTS, STATE_SLOTS, STATUS_WORDS, STRENGTH_FIELDS, TILE, TOUCH_WORDS, cell, sum,
+    BODY_WORDS, CONTACT_GROUPS, CONTACT_WORDS, CONTACT_WORK_FIELDS, EVENT_WORDS, IMPULSE_FIELDS, INVOCATIONS,
+    NODE_FIELDS, POINT_WORDS, REACH_WORDS, SHOTS, STATE_SLOTS, STATUS_WORDS, STRENGTH_FIELDS, TOUCH_WORDS, cell, sum,
 };
 use crate::model::Model;
 
@@ -98,6 +98,8 @@ pub struct Sizes {
     pub elements: u64,
     /// Fields of an element; see [`BufferId::Cells`].
     pub cell_fields: u64,
+    /// Rows of elements of a tile that are computed: few where a ply is a strip.
+    pub tile_rows: u32,
     /// Tiles of a ply along its rows and columns.
     pub tiles: [u64; 2],
     /// Places for nodes.
@@ -124,6 +126,12 @@ impl Sizes {
         let elements = (grid.plies * per_ply) as u64;
         let radius = model.projectile.as_ref().map_or(0.0, |projectile| projectile.body.radius);
         let shortest = model.ply_types.iter().map(|ply_type| ply_type.mesh.shortest()).fold(f64::INFINITY, f64::min);
+        let side = |elements: usize| (elements as u32 + 2).next_power_of_two().clamp(4, 16);
+        let tile_rows = match [grid.rows, grid.columns].map(side) {
+            [rows, 16] => rows,
+            [_, columns] => INVOCATIONS / columns,
+        };
+        let tiles = |elements: usize, computed: u32| (elements as u64 + 1).div_ceil(u64::from(computed - 1));
         let touching = (2.0 * radius / shortest).powi(2) * grid.plies as f64 / model.mirror.copies() as f64;
         Self {
             shots: 1,
@@ -132,7 +140,8 @@ impl Sizes {
             elements,
             cell_fields: STATE_SLOTS * cell::CELL_FIELDS as u64
                 + model.strength.as_ref().map_or(0, |_| STRENGTH_FIELDS),
-            tiles: [grid.rows, grid.columns].map(|elements| (elements as u64 + 1).div_ceil(TILE)),
+            tile_rows,
+            tiles: [tiles(grid.rows, tile_rows), tiles(grid.columns, INVOCATIONS / tile_rows)],
             nodes,
             edge_nodes: (grid.plies * 2 * (grid.columns + grid.rows + 2)) as u64,
             points: if model.projectile.is_some() { nodes.min(POINTS) } else { 0 },

@@ -1,6 +1,6 @@
 //! Kernels: WGSL sources, bindings, and the constants that compile out what a scene lacks.
 
-use super::buffers::BufferId;
+use super::buffers::{BufferId, Sizes};
 use crate::case::Law;
 use crate::model::Features;
 
@@ -156,8 +156,8 @@ const WITHIN: f64 = 1e-3;
 /// Counts that make a whole share of a node's mass. The processor shares masses out in real numbers.
 const SHARE_UNIT: u32 = 1 << 20;
 
-/// Values of the pipeline-overridable constants, by name. `width`: see [`Sizes::contact_group`](super::buffers::Sizes::contact_group).
-pub fn constants(features: &Features, width: u32) -> [(&'static str, f64); 17] {
+/// Values of the pipeline-overridable constants, by name.
+pub fn constants(features: &Features, sizes: &Sizes) -> [(&'static str, f64); 18] {
     let flag = |yes: bool| f64::from(u8::from(yes));
     [
         ("ROUNDOFF_TOLERANCE", NOISE),
@@ -176,6 +176,7 @@ pub fn constants(features: &Features, width: u32) -> [(&'static str, f64); 17] {
         ("ROTATION", flag(features.rotation)),
         ("PLIES", flag(features.plies)),
         ("GRADED", flag(features.graded)),
-        ("WIDTH", f64::from(width)),
+        ("WIDTH", f64::from(sizes.contact_group)),
+        ("TILE_ROWS", f64::from(sizes.tile_rows)),
     ]
 }

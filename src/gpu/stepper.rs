@@ -110,7 +110,7 @@ impl<'a> DeviceStepper<'a> {
                 Extent::Balance => ([sizes.groups as u32, 1], usize::MAX),
             };
             for (ply_type, ply_types) in model.ply_types.chunks(together).enumerate() {
-                let constants = shader::constants(&Features::new(model, ply_types), sizes.contact_group);
+                let constants = shader::constants(&Features::new(model, ply_types), &sizes);
                 let program = Pipeline::new(gpu, kernel, &module, &common.layout, &buffers, &constants);
                 step.push(Dispatch { stage: kernel.stage, ply_type, workgroups, program });
             }
@@ -190,7 +190,7 @@ impl<'a> DeviceStepper<'a> {
 }
 
 /// Workgroups as a two-dimensional dispatch within `most` per dimension.
-fn workgroups(count: u64, most: u32) -> [u32; 2] {
+pub(super) fn workgroups(count: u64, most: u32) -> [u32; 2] {
     let groups = count.max(1);
     let rows = groups.div_ceil(u64::from(most));
     [groups.div_ceil(rows) as u32, rows as u32]

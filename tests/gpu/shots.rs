@@ -259,9 +259,9 @@ fn same_bits(device: &'static Device) -> Outcome {
     let [ply, pack] = torn();
     // Scene, batch lengths, and the part of the elements that is at rest at least.
     let mut scenes: Vec<(Case, &[usize], f64)> = vec![
-        (builtin("cases/verify/mirror.json", &mirror), &[1, 7, 64, 256], 0.0),
+        (builtin("cases/verify/mirror.json", &mirror), &[1, 7, 256], 0.0),
         (builtin("cases/s720-1ply-155.json", &strip), &[], 0.25),
-        (ply, &[1, 7, 64, 256], 0.0),
+        (ply, &[1, 7, 256], 0.0),
         (pack, &[7], 0.0),
         (graded(&[ASIDE]), &[7], 0.0),
         (graded(&[PAIR[0], PAIR[1], ASIDE, EDGES]), &[7], 0.0),
@@ -271,7 +271,9 @@ fn same_bits(device: &'static Device) -> Outcome {
     for (case, lengths, rest) in scenes {
         let once = run_on(device, &case);
         assert!(once.events.len() > 10 || rest > 0.0, "{}", once.events.len());
-        equal(&case, &once, &run_on(device, &case), "the second time");
+        if lengths.is_empty() {
+            equal(&case, &once, &run_on(device, &case), "the second time");
+        }
         for steps in lengths {
             let simulation = begun(device, &case, Skips::default()).with_batch(*steps);
             equal(&case, &once, &to_its_end(&case, simulation), &format!("batches of {steps} steps"));

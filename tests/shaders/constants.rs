@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::mem::offset_of;
 
 use naga::Module;
+use ripstop::gpu::buffers::Sizes;
 use ripstop::gpu::{layout, shader};
 use ripstop::model::law_energy;
 use ripstop::model::{Model, layup};
@@ -70,7 +71,7 @@ macro_rules! constants {
 fn expected() -> BTreeMap<&'static str, Vec<f64>> {
     use layout::{cell, status, sum};
     let shared = constants! {
-        layout: GROUP, BODY_WORDS, STATUS_WORDS, NONE, FIXED_POINT_SCALE, LINES_ACROSS, LINE_TEXELS;
+        layout: GROUP, INVOCATIONS, BODY_WORDS, STATUS_WORDS, NONE, FIXED_POINT_SCALE, LINES_ACROSS, LINE_TEXELS;
         status: BAD_STEP, EVENTS, FAILED, ERODED, UNCONVERGED, RESIDUAL, OVERFLOW, OVERFLOW_EDGES, COMPUTED, PLY_DEPTH, AT_LIMIT, REACH;
         cell: YARNS, DRAG, STRAIN, CELL_FIELDS, HEIGHT_STEPS;
         sum: WORK, VISCOUS_WORK, EVALUATIONS, RELEASED, RELEASED_HOURGLASS, LAW_RELEASED, HALF_STEP, STORED,
@@ -96,10 +97,6 @@ fn expected() -> BTreeMap<&'static str, Vec<f64>> {
         ("BODY_ORIENTATION", (offset_of!(layout::Body, orientation) / 16).numbers()),
         ("BODY_SUMS", (offset_of!(layout::Body, impulse) / 16).numbers()),
         ("BODY_NOSE", (offset_of!(layout::Body, nose_coarse) / 16).numbers()),
-        ("TILE", (layout::TILE as u32).numbers()),
-        ("SIDE", (layout::TILE as u32 + 1).numbers()),
-        ("NODES", (layout::TILE as u32 + 2).numbers()),
-        ("INVOCATIONS", (layout::TILE as u32 + 1).pow(2).numbers()),
         ("LANES", 64_usize.numbers()),
         ("NO_PLY", layout::NONE.numbers()),
         ("LAW_COUNT", law_energy::COUNT.numbers()),
@@ -149,8 +146,9 @@ fn states_of_a_contact_differ_and_a_fresh_one_is_away() {
 
 #[test]
 fn overridable_constants_are_those_the_host_sets() {
-    let terms = Model::<f32>::new(&patch::case(1, 1)).unwrap().features();
-    let set: BTreeSet<_> = shader::constants(&terms, 64).iter().map(|(name, _)| (*name).to_owned()).collect();
+    let model = Model::<f32>::new(&patch::case(1, 1)).unwrap();
+    let set: BTreeSet<_> =
+        shader::constants(&model.features(), &Sizes::new(&model)).iter().map(|(name, _)| (*name).to_owned()).collect();
     for (kernel, module) in modules() {
         let found: BTreeSet<_> = module.overrides.iter().filter_map(|(_, o)| o.name.clone()).collect();
         assert_eq!(found, set, "{kernel}");

@@ -64,8 +64,8 @@ pub const GROUP: u32 = 64;
 pub const CONTACT_GROUPS: [u32; 2] = [64, 256];
 /// Number for none: no step with a number that is not finite, no place, no ply.
 pub const NONE: u32 = u32::MAX;
-/// Elements and nodes along a side of the part of a ply that a workgroup advances: less than the elements it computes.
-pub const TILE: u64 = 15;
+/// Elements of a tile that a workgroup computes: a row and a column more than it owns.
+pub const INVOCATIONS: u32 = 256;
 /// Slots in which the state lies by turns.
 pub(crate) const STATE_SLOTS: u64 = 2;
 /// Fields of a node in a slot: displacement, velocity.
