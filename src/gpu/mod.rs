@@ -17,6 +17,8 @@ pub mod buffers;
 #[cfg_attr(not(feature = "gpu"), path = "absent.rs")]
 pub mod device;
 #[cfg(feature = "gpu")]
+pub mod floors;
+#[cfg(feature = "gpu")]
 pub mod layout;
 #[cfg(feature = "gpu")]
 mod pipeline;

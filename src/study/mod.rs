@@ -17,6 +17,7 @@
 pub mod batch;
 pub mod bench;
 pub mod binary_response;
+pub mod device_bench;
 pub mod fit;
 pub mod interval;
 pub mod limit;

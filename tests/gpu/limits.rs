@@ -14,7 +14,7 @@ use ripstop::model::Model;
 use ripstop::model::mesh::Grid;
 use ripstop::run::device::DeviceSimulation;
 use ripstop::run::{Options, RunError, Skips};
-use serde_json::Value;
+use serde_json::{Value, json};
 use tempfile::TempDir;
 
 use super::harness::{Outcome, trial};
@@ -26,6 +26,7 @@ pub(crate) fn tests() -> Vec<Trial> {
         trial("limits::a_dispatch_over_two_dimensions_gives_the_same_bits", two_dimensions),
         trial("limits::an_adapter_is_found_by_name_part_or_number", choice),
         trial("limits::a_run_leaves_the_files_of_a_run_on_the_processor", program),
+        trial("limits::bench_times_packs_and_batches_beside_the_processor", bench),
         trial("limits::an_unknown_adapter_is_3_and_info_lists_those_there_are", program_adapters),
         Trial::test("limits::too_large_for_a_binding_is_refused_with_the_memory_needed", too_large),
         Trial::test("limits::refused_before_anything_is_allocated", refused),
@@ -192,6 +193,43 @@ fn program(device: &'static Device) -> Outcome {
         assert!(share > 0.0 && share < 1.0, "{kernel}: {timings:?}");
     }
     assert!(gpu.3.contains(&format!("gpu, {}, f32", device.name())) && cpu.3.contains(", f64"), "{}", gpu.3);
+    Ok(())
+}
+
+/// On a ply of a few crossovers.
+fn bench(device: &'static Device) -> Outcome {
+    let out = TempDir::new().unwrap();
+    let mut case: Value = serde_json::from_slice(&fs::read(CASE).unwrap()).unwrap();
+    case["pack"] = json!({ "width_mm": 7.62, "height_mm": 7.62, "edges": "clamped" });
+    case["projectile"]["offset_mm"] = json!([0, 0]);
+    let [file, folder] = ["case.json", "out"].map(|name| out.path().join(name).to_str().unwrap().to_owned());
+    fs::write(&file, case.to_string()).unwrap();
+    let output = ripstop(&["bench", "--gpu", &file, "--out", &folder, "--json"]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let printed: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let written: Value = serde_json::from_slice(&fs::read(format!("{folder}/gpu.json")).unwrap()).unwrap();
+    assert_eq!(printed, written);
+    let measured = &printed["cases"][0];
+    assert_eq!((&measured["device"], &measured["left_out"]), (&json!(device.name()), &json!([])));
+    for floor in ["copy_gb_per_s", "dispatch_us", "host_us_per_step"] {
+        assert!(measured[floor].as_f64().unwrap() > 0.0, "{measured:#}");
+    }
+    let scenes = measured["scenes"].as_array().unwrap();
+    let found: Vec<(&str, u64)> =
+        scenes.iter().map(|scene| (scene["name"].as_str().unwrap(), scene["elements"].as_u64().unwrap())).collect();
+    let each = found[0].1;
+    let packs = [1, 4, 16, 32, 50].map(|plies| plies * each);
+    let batches = [64, 1000].map(|shots| shots * each);
+    assert_eq!(found.iter().map(|(_, elements)| *elements).collect::<Vec<_>>(), [&packs[..], &batches].concat());
+    assert_eq!([found[4].0, found[6].0], ["50 plies", "1000 shots of 1 ply"]);
+    for scene in scenes {
+        let numbers = [&scene["step_us"], &scene["element_steps_per_s"], &scene["kernels"][0]["us"]];
+        let beside = &scene["cpu"]["element_steps_per_s"];
+        assert!(numbers.iter().all(|number| number.as_f64().unwrap() > 0.0), "{scene:#}");
+        assert_eq!(beside.as_f64().is_some_and(|rate| rate > 0.0), scene["shots"] == 1, "{scene:#}");
+    }
+    let refused = ripstop(&["bench", "--gpu", &file, "--backend", "cpu"]);
+    assert_eq!(refused.status.code(), Some(2), "{}", text(&refused.stderr));
     Ok(())
 }
 
