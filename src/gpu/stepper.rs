@@ -144,7 +144,8 @@ impl<'a> DeviceStepper<'a> {
         let mut encoder = self.device.inner.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-            stages.iter().for_each(|stage| self.record(&mut pass, 0, info, *stage));
+            let mut bound = None;
+            stages.iter().for_each(|stage| self.record(&mut pass, 0, info, *stage, &mut bound));
         }
         self.device.queue.submit([encoder.finish()]);
         self.device.wait(None)
@@ -167,8 +168,16 @@ impl<'a> DeviceStepper<'a> {
         self.running = numbers;
     }
 
-    /// Records a stage of the step at a place of the batch.
-    pub(crate) fn record(&self, pass: &mut wgpu::ComputePass<'_>, at: usize, info: &StepInfo, stage: Stage) {
+    /// Records a stage of the step at a place of the batch. `bound`: offsets at which group 0 is bound in the pass, the same for most dispatches
+    /// of a step.
+    pub(crate) fn record(
+        &self,
+        pass: &mut wgpu::ComputePass<'_>,
+        at: usize,
+        info: &StepInfo,
+        stage: Stage,
+        bound: &mut Option<[u32; 3]>,
+    ) {
         let step = at as u32 * STEP_STRIDE as u32;
         if stage == Stage::EnergyBalance && info.slot.is_none() {
             return;
@@ -176,7 +185,10 @@ impl<'a> DeviceStepper<'a> {
         for dispatch in self.step.iter().filter(|dispatch| dispatch.stage == stage) {
             let [scene, law] = [SCENE_STRIDE, LAW_STRIDE].map(|stride| dispatch.ply_type as u32 * stride as u32);
             let [x, y] = dispatch.workgroups;
-            pass.set_bind_group(0, &self.common.group, &[scene, step, law]);
+            let offsets = [scene, step, law];
+            if bound.replace(offsets) != Some(offsets) {
+                pass.set_bind_group(0, &self.common.group, &offsets);
+            }
             pass.set_pipeline(&dispatch.program.pipeline);
             pass.set_bind_group(1, &dispatch.program.group, &[]);
             pass.dispatch_workgroups(x, y, self.running.len() as u32);

@@ -62,13 +62,14 @@ impl DeviceStepper<'_> {
         let timed = 7 * self.submitted % steps.len().max(1);
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+            let mut bound = None;
             for (at, info) in steps.iter().enumerate() {
                 let clock = self.clock.as_ref().filter(|_| at == timed);
                 if let Some(clock) = clock {
                     clock.stamp(&mut pass, 0);
                 }
                 for (number, stage) in (1..).zip(Stage::ALL) {
-                    self.record(&mut pass, at, info, stage);
+                    self.record(&mut pass, at, info, stage, &mut bound);
                     if let Some(clock) = clock {
                         clock.stamp(&mut pass, number);
                     }
