@@ -70,7 +70,7 @@ impl Row {
             device: None,
             interrupt: &interrupt,
             resume: false,
-            progress: &|_, _| {},
+            progress: &|_| {},
         };
         let request = V50Request { count: 1, until_width: None, bracket: BRACKET, refined: 0, level: 0.9 };
         let folder = Folder::prepare_for(folder.path(), v50::FILES, &[])?;

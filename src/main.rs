@@ -45,7 +45,7 @@ fn main() -> ExitCode {
         Command::Run(arguments) => cli::run::run(&arguments),
         Command::Resume { folder, print } => cli::run::resume(&folder, &print),
         Command::New(arguments) => cli::new::new(&arguments),
-        Command::Check { cases, sets } => cli::check::check(&cases, &sets),
+        Command::Check(arguments) => cli::check::check(&arguments),
         Command::Crossover(arguments) => cli::check::crossover(&arguments),
         Command::Bench(arguments) => cli::bench::bench(&arguments),
         Command::Verify(arguments) => cli::bench::verify(&arguments),

@@ -3,7 +3,7 @@
 use serde_json::{Map, Value, json};
 use twox_hash::XxHash3_64;
 
-use super::error::{describe, index, is_at_or_below, nearest, quote, text_of, unescape};
+use super::error::{describe, index, is_at_or_below, nearest, quote, short_number_text, text_of, unescape};
 use super::fabric::{around, holds_fabrics, make_own};
 use super::keys::{Key, lookup, object, pointers};
 use super::provenance::is_assumed;
@@ -200,6 +200,18 @@ fn short_name(pointer: &str) -> String {
     if is_alone { last.to_owned() } else { format!("{above}.{last}") }
 }
 
+/// Title with this velocity [m/s] in place of its own, or without one.
+pub fn with_velocity(title: &str, velocity: Option<f64>) -> String {
+    let parts = title.split_once(" m/s").and_then(|(before, after)| Some((before.rsplit_once(" at ")?, after)));
+    match parts.filter(|((_, number), _)| number.parse::<f64>().is_ok()) {
+        Some(((before, _), after)) => {
+            let at = velocity.map_or_else(String::new, |velocity| format!(" at {} m/s", short_number_text(velocity)));
+            format!("{before}{at}{after}")
+        }
+        None => title.to_owned(),
+    }
+}
+
 /// A change for the name of a folder: `+velocity_m_s=200`; any file system takes it.
 fn in_name((name, value): &(String, &Value)) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || ".-_".contains(c);
@@ -230,6 +242,10 @@ impl Case {
             return;
         }
         let words: Vec<String> = changes.iter().map(|(name, value)| format!("{name} = {}", text_of(value))).collect();
+        let velocity = self.projectile.as_ref().map(|projectile| projectile.velocity);
+        if sets.iter().any(|set| is_at_or_below("/projectile/velocity_m_s", &set.pointer)) {
+            self.title = with_velocity(&self.title, velocity);
+        }
         self.title += &format!(" [{}]", words.join(", "));
         self.as_run["title"] = json!(self.title);
     }

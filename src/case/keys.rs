@@ -53,6 +53,15 @@ pub(super) fn split_unit(key: &str) -> (&str, Option<&'static Unit>) {
     found.unwrap_or((key, None))
 }
 
+/// A key or a column in words, with its unit in brackets.
+pub(crate) fn in_words(name: &str) -> String {
+    let (name, unit) = match (split_unit(name), name.strip_suffix("_j")) {
+        (_, Some(name)) => (name, "J"),
+        ((name, unit), _) => (name, unit.map_or("-", |unit| unit.0)),
+    };
+    format!("{} [{unit}]", name.replace('_', " "))
+}
+
 impl Unit {
     pub(super) fn to_si(&self, value: f64) -> f64 {
         value * self.1 / self.2

@@ -28,10 +28,11 @@ mod read;
 mod solver;
 mod variability;
 
-pub use changes::{BuiltInFabric, CaseBuilder, builtin_fabric};
+pub use changes::{BuiltInFabric, CaseBuilder, builtin_fabric, with_velocity};
 pub use error::CaseError;
 pub use fabric::{Compression, Crossover, Fabric, Law, MembraneForce, Shear, ShearModulus, Yarn};
 pub use grading::{Grading, LinesFrom};
+pub(crate) use keys::in_words;
 pub use pack::{Edge, Edges, InitialDeflection, Layer, MeshSize, Pack};
 pub use projectile::{Along, Motion, Projectile, Rotation, Shape};
 pub(crate) use provenance::mesh;

@@ -43,7 +43,7 @@ choices! {
 
 impl Field {
     /// The value with its unit.
-    pub(crate) fn with_unit(&self) -> String {
+    pub fn with_unit(&self) -> String {
         let unit = if self.value == "none" { "" } else { self.unit };
         format!("{} {unit}", self.value).trim_end().to_owned()
     }
@@ -229,7 +229,7 @@ pub(super) fn typed<K: DeserializeOwned>(pointer: &str, object: Value) -> Result
 }
 
 /// Values longer than this do not widen their column.
-const WIDEST_VALUE: usize = 40;
+const WIDEST_VALUE: usize = 20;
 
 /// The title, the mesh, and every field: pointer, value, origin and source. Assumed fields begin with `*`.
 pub fn report(case: &Case) -> String {

@@ -12,7 +12,7 @@ use ripstop::run::Precision;
 use ripstop::study::range_data::{ColumnKind, VelocityUnit};
 
 use super::bench::{BenchArguments, VerifyArguments};
-use super::check::CrossoverArguments;
+use super::check::{CheckArguments, CrossoverArguments};
 use super::new::NewArguments;
 use super::run::RunArguments;
 
@@ -43,15 +43,8 @@ pub(crate) enum Command {
     Run(RunArguments),
     /// Write a case to start from: fabric, plies, projectile, velocity
     New(NewArguments),
-    /// Check cases without running them: every field with its value and source, time step, memory
-    Check {
-        /// Case files
-        #[arg(value_name = "CASE.json", required = true)]
-        cases: Vec<PathBuf>,
-        /// Change of every case, checked like the file; may be given again
-        #[arg(long = "set", value_name = "/POINTER=VALUE")]
-        sets: Vec<String>,
-    },
+    /// Check cases without running them: what follows from their numbers, and what is assumed
+    Check(CheckArguments),
     /// Go on with a run from its last checkpoint, to the same results as if it had never stopped
     #[command(after_help = "Example:
   ripstop run shot.json --checkpoint-every 10

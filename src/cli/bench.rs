@@ -7,6 +7,7 @@ use std::time::Instant;
 
 use clap::Args;
 use ripstop::case;
+use ripstop::model::Model;
 use ripstop::num::simd::Vectors;
 use ripstop::output::expect::{expected, got, quantity};
 use ripstop::output::number::{fixed, fraction, short};
@@ -17,6 +18,7 @@ use serde_json::{Value, json};
 
 use super::arguments::{BackendArguments, BackendChoice, PrintArguments};
 use super::backend;
+use super::check::run_time;
 use super::failure::CommandFailure;
 use super::terminal::{self, Align, TextTable};
 
@@ -90,11 +92,20 @@ pub(crate) fn bench(arguments: &BenchArguments) -> Result<(), CommandFailure> {
     let interrupted = terminal::watch_interrupts()?;
     let paths: Vec<&Path> = arguments.cases.iter().map(PathBuf::as_path).collect();
     let read = |path: &Path, changes: &[String]| case::read(path, &[&LEFT_OUT.map(str::to_owned), changes].concat());
-    for path in &paths {
-        read(path, &[])?;
-    }
     let usual = if arguments.gpu { BackendChoice::Gpu } else { BackendChoice::Auto };
     let chosen = backend::choose(&arguments.backend, usual, None, &arguments.print)?;
+    let (mut runs, mut seconds) = (0, 0.0);
+    for path in &paths {
+        for (case, skips) in bench::plan(&|changes| read(path, changes), chosen.device.is_some())? {
+            let model = Model::<f64>::part(&case).map_err(|error| error.in_file(&path.display().to_string()))?;
+            let elements = if skips.symmetry { model.elements() } else { model.whole_elements() };
+            runs += 1;
+            seconds += run_time(elements, case.solver.end_time / model.dt);
+        }
+    }
+    if !arguments.gpu {
+        terminal::say(&arguments.print, &format!("note: {runs} runs, {} at most", terminal::duration(seconds)));
+    }
     let (file, text): (_, fn(&Value) -> String) = if arguments.gpu { (GPU_FILE, device_text) } else { (FILE, text) };
     let folder = Folder::prepare_for(&arguments.out, &[file], &paths)?;
     let options = chosen.options(arguments.backend.threads);

@@ -6,14 +6,15 @@ use std::thread;
 
 use clap::{Args, CommandFactory, ValueEnum};
 use clap_complete::Shell;
-use ripstop::case::{self, Case, Fabric};
+use ripstop::case::{self, Case, Edge, Edges, Fabric, Field};
 use ripstop::gpu;
 use ripstop::model::Model;
 use ripstop::model::unit_cell_curve::{self, CurveLaw, CurvePoint};
 use ripstop::num::simd::Vectors;
 use ripstop::output::checks::case_warnings;
 use ripstop::output::number::{bytes, grouped, short, us};
-use ripstop::output::symmetry;
+use ripstop::output::warnings::assumed_fields;
+use ripstop::output::{areal_density, symmetry};
 use ripstop::run::{Sample, Simulation, Skips};
 use serde_json::{Map, Value, json};
 use sysinfo::{CpuRefreshKind, MemoryRefreshKind, RefreshKind, System};
@@ -25,8 +26,30 @@ use super::{backend, result};
 
 /// Points in one grid of stretches at most.
 const MAX_POINTS: usize = 1_000_000;
+/// Columns of the sketch of a pack.
+const SKETCH: usize = 24;
 /// Time of an element-step of what symmetry leaves, on one thread [µs]: twice what four plies in contact take on a core of a Zen 5.
 const ELEMENT_STEP: f64 = 0.1;
+
+/// `ripstop check`
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  ripstop check shot.json --set /pack/plies=8
+  ripstop check shot.json --json | jq '.fabrics[0].warp.breaking_load_n'")]
+pub(crate) struct CheckArguments {
+    /// Case files
+    #[arg(value_name = "CASE.json", required = true)]
+    cases: Vec<PathBuf>,
+    /// Change of every case, checked like the file; may be given again
+    #[arg(long = "set", value_name = "/POINTER=VALUE")]
+    sets: Vec<String>,
+    /// Every field: read, default or derived, with its source
+    #[arg(long)]
+    all: bool,
+    /// Print JSON instead of text, an object for each case, with every field
+    #[arg(long)]
+    json: bool,
+}
 
 /// `ripstop crossover`
 #[derive(Args, Debug)]
@@ -58,50 +81,186 @@ pub(crate) struct CrossoverArguments {
 }
 
 /// Reports every case; fails if any of them is refused.
-pub(crate) fn check(cases: &[PathBuf], sets: &[String]) -> Result<(), CommandFailure> {
+pub(crate) fn check(arguments: &CheckArguments) -> Result<(), CommandFailure> {
     let mut failures = Vec::new();
-    for path in cases {
-        match read(path, sets).map_err(Into::into).and_then(|case| report(&case)) {
-            Ok(report) => terminal::print(&format!("{}\n{report}", path.display()))?,
+    for path in &arguments.cases {
+        match read(path, &arguments.sets).map_err(Into::into).and_then(|case| Ok((sheet(&case)?, case))) {
+            Ok(((_, value), _)) if arguments.json => terminal::print_raw(&format!("{value:#}\n"))?,
+            Ok(((text, _), case)) => {
+                let fields = if arguments.all { every_field(&case) } else { assumed(&case) };
+                let notes = part("notes", &case.notes.join("\n"));
+                let warnings = part("warnings", &result::warnings(&case_warnings(&case)));
+                terminal::print_within(
+                    terminal::PAGE,
+                    &format!("{}\n{text}{fields}{notes}{warnings}", path.display()),
+                )?;
+            }
             Err(failure) => failures.push(failure),
         }
     }
     failures.into_iter().reduce(CommandFailure::and).map_or(Ok(()), Err)
 }
 
-/// Fields of a case, its run, notes and warnings.
-fn report(case: &Case) -> Result<String, CommandFailure> {
+/// Numbers of a case that are held against a data sheet, and of its run: as text, and as JSON with every field.
+fn sheet(case: &Case) -> Result<(String, Value), CommandFailure> {
     let simulation = Simulation::<f64>::with_skips(case, Skips::default());
     let simulation = simulation.map_err(|error| error.in_file(&case.path.display().to_string()))?;
-    let run = part("the run", &the_run(case, &simulation).to_string()) + "\n";
-    let notes = part("notes", &case.notes.join("\n"));
-    let warnings = part("warnings", &result::warnings(&case_warnings(case)));
-    Ok([case::report(case), run, notes, warnings].concat())
+    let layers = case.layers();
+    let mut rows = TextTable::pairs::<String>([]);
+    let mut fabrics = Vec::new();
+    for layer in layers.iter() {
+        let fabric = &layer.fabric;
+        let [areal, thickness] = [1e3 * fabric.areal_density, 1e3 * fabric.thickness].map(|number| short(number, 4));
+        rows.row(["fabric".to_owned(), format!("{}: a ply of {areal} g/m², {thickness} mm thick", fabric.name)]);
+        let mut one = json!({
+            "name": fabric.name, "plies": layer.plies, "areal_density_g_m2": 1e3 * fabric.areal_density,
+        });
+        for (name, yarn) in
+            [("warp", &fabric.warp), ("weft", &fabric.weft)].into_iter().filter(|(_, yarn)| yarn.present)
+        {
+            let wave = (yarn.modulus / fabric.fibre_density).sqrt();
+            let load = yarn.breaking_strain().map(|strain| strain * yarn.modulus * yarn.area(fabric.fibre_density));
+            let [dtex, count] = [1e7 * yarn.linear_density, 1e-2 * yarn.count].map(|number| short(number, 4));
+            let breaks = load.map_or_else(
+                || "never breaks".to_owned(),
+                |load| {
+                    let tenacity = short(1e-6 * load / yarn.linear_density, 3);
+                    format!("breaks at {} N ({tenacity} N/tex)", short(load, 3))
+                },
+            );
+            let wave_speed = short(wave, 4);
+            rows.row([format!("  {name}"), format!("{dtex} dtex, {count}/cm, {breaks}, wave {wave_speed} m/s")]);
+            one[name] = json!({ "breaking_load_n": load, "wave_speed_m_s": wave });
+        }
+        fabrics.push(one);
+    }
+    let (pack, elements, [width, height]) = (areal_density(case), simulation.model.whole_elements(), extent(case));
+    let plies: u32 = layers.iter().map(|layer| layer.plies).sum();
+    let plies = if plies == 1 { "1 ply".to_owned() } else { format!("{plies} plies") };
+    let size = [width, height].map(|side| short(1e3 * side, 4)).join(" × ");
+    rows.row(["pack".to_owned(), format!("{plies}, {size} mm, {} kg/m²", short(pack, 4))]);
+    let energy = case.projectile.as_ref().map(|p| 0.5 * p.mass * p.velocity * p.velocity);
+    if let (Some(projectile), Some(energy)) = (&case.projectile, energy) {
+        let [mass, velocity, energy] = [1e3 * projectile.mass, projectile.velocity, energy].map(|n| short(n, 4));
+        let diameter = short(1e3 * projectile.shape.diameter(), 4);
+        let body = format!("{diameter} mm wide, {mass} g, {velocity} m/s: impact energy {energy} J");
+        rows.row(["projectile".to_owned(), body]);
+    }
+    let (cost, run) = the_run(case, &simulation, elements as u64);
+    let mut value = json!({
+        "file": case.path.display().to_string(),
+        "title": case.title,
+        "fabrics": fabrics,
+        "areal_density_kg_m2": pack,
+        "impact_energy_j": energy,
+        "run": run,
+        "fields": case.fields.iter().map(field).collect::<Vec<_>>(),
+        "notes": case.notes,
+    });
+    value["warnings"] = json!(case_warnings(case));
+    let text =
+        format!("{}\n\n{rows}\n{}{}", case.title, sketch(case, [width, height]), part("the run", &cost.to_string()));
+    Ok((text, value))
 }
 
-/// Time step, size and memory of the run.
-fn the_run(case: &Case, simulation: &Simulation<f64>) -> TextTable {
+/// Width and height of the pack as it is meshed [m].
+fn extent(case: &Case) -> [f64; 2] {
+    let mesh = case.pack.mesh;
+    [0, 1].map(|axis| mesh.count[axis] as f64 * mesh.length[axis])
+}
+
+/// Sketch of the pack as the projectile sees it, with its sides and the place of the hit.
+fn sketch(case: &Case, [width, height]: [f64; 2]) -> String {
+    // Letters are about twice as high as wide.
+    let rows = (SKETCH as f64 * 0.5 * height / width).round().clamp(3.0, SKETCH as f64 / 2.0) as usize;
+    let Edges { left, right, bottom, top, .. } = case.pack.edges;
+    let [lying, standing] = [["═", "─", "┄"], ["║", "│", "┆"]];
+    let side = |edge: Edge| lying[edge as usize].repeat(SKETCH);
+    let hit = case.projectile.as_ref().map(|projectile| {
+        let [x, y] = projectile.offset;
+        let place = |share: f64, count: usize| (((0.5 + share) * count as f64) as usize).min(count - 1);
+        [place(x / width, SKETCH), place(-y / height, rows)]
+    });
+    let mut out = format!("  +{}+\n", side(top));
+    for row in 0..rows {
+        let cell = |column: usize| if hit == Some([column, row]) { "●" } else { " " };
+        let cells: String = (0..SKETCH).map(cell).collect();
+        out += &format!("  {}{cells}{}\n", standing[left as usize], standing[right as usize]);
+    }
+    out += &format!("  +{}+\n", side(bottom));
+    let all = [left, right, bottom, top];
+    let kinds = [(Edge::Clamped, "═ clamped"), (Edge::Free, "─ free"), (Edge::Roller, "┄ roller")];
+    let mut words: Vec<String> =
+        kinds.into_iter().filter(|(edge, _)| all.contains(edge)).map(|(_, words)| words.to_owned()).collect();
+    words.extend(case.projectile.as_ref().map(|projectile| {
+        let [x, y] = projectile.offset.map(|offset| short(1e3 * offset, 4));
+        let angle = short(projectile.obliquity.to_degrees(), 3);
+        format!("● hit at [{x}, {y}] mm, {angle}° from the normal")
+    }));
+    out + &format!("  {}\n", words.join("   ")) + "  warp →, weft ↑, seen from the strike side\n"
+}
+
+fn field(field: &Field) -> Value {
+    json!({
+        "pointer": field.pointer, "value": field.value, "unit": field.unit, "origin": field.origin.word(),
+        "source": field.source, "assumed": field.assumed,
+    })
+}
+
+/// Every field, under the mesh.
+fn every_field(case: &Case) -> String {
+    case::report(case).split_once('\n').map_or_else(String::new, |(_, fields)| format!("\n{fields}"))
+}
+
+/// Fields that are assumed, under their sources.
+fn assumed(case: &Case) -> String {
+    let mut sources: Vec<(&str, Vec<String>)> = Vec::new();
+    for field in assumed_fields(case) {
+        let (source, words) = (field.source.trim_start_matches("assumed: "), field.with_unit());
+        let words = format!("{} = {words}", field.pointer);
+        match sources.iter_mut().find(|(known, _)| *known == source) {
+            Some((_, fields)) => fields.push(words),
+            None => sources.push((source, vec![words])),
+        }
+    }
+    let title =
+        format!("assumed, {} of {} fields (--all: every field)", assumed_fields(case).count(), case.fields.len());
+    let groups = sources.iter().map(|(source, fields)| format!("{source}\n  {}\n", fields.join(", ")));
+    part(&title, &groups.collect::<String>())
+}
+
+/// Time step, size and memory of the run, as a table and as JSON.
+fn the_run(case: &Case, simulation: &Simulation<f64>, elements: u64) -> (TextTable, Value) {
     let (model, state) = (&simulation.model, &simulation.state);
     let steps = (case.solver.end_time / model.dt).ceil() as u64 + 1;
     let rows = (case.solver.end_time / case.output.history_interval).ceil() + 1.0;
     let numbers = (state.nodes.data.len() + state.elements.data.len()) * size_of::<f64>();
     let memory = numbers as f64 + rows * size_of::<Sample>() as f64;
-    let elements = model.whole_elements() as u64;
     let threads = thread::available_parallelism().map_or(1, NonZero::get);
-    let seconds = 1e-6 * ELEMENT_STEP * model.elements() as f64 * steps as f64 / threads as f64;
-    TextTable::pairs([
+    let seconds = run_time(model.elements(), steps as f64);
+    let table = TextTable::pairs([
         ("critical time step", format!("{}, set by: {}", us(model.bound.critical_step), model.bound.set_by)),
-        ("time step", us(model.dt)),
-        ("steps", format!("{} at most", grouped(steps))),
-        ("elements", grouped(elements)),
+        ("time step", format!("{}, {} steps at most", us(model.dt), grouped(steps))),
+        ("elements", format!("{}: {}", grouped(elements), symmetry(model.planes))),
         ("element-steps", format!("{} at most", grouped(elements.saturating_mul(steps)))),
-        ("symmetry", symmetry(model.planes)),
         (
             "run time",
             format!("{} s at most, at {ELEMENT_STEP} µs an element-step, threads: {threads}", short(seconds, 2)),
         ),
         ("memory", format!("{} of state and history", bytes(memory))),
-    ])
+    ]);
+    let value = json!({
+        "critical_time_step_us": 1e6 * model.bound.critical_step, "set_by": model.bound.set_by,
+        "time_step_us": 1e6 * model.dt, "steps": steps, "elements": elements,
+        "run_time_s": seconds, "memory_bytes": memory,
+    });
+    (table, value)
+}
+
+/// Run time of so many steps of so many elements on all threads, at most [s].
+pub(crate) fn run_time(elements: usize, steps: f64) -> f64 {
+    let threads = thread::available_parallelism().map_or(1, NonZero::get);
+    1e-6 * ELEMENT_STEP * elements as f64 * steps / threads as f64
 }
 
 /// Prints adapters and memory of this machine, and what a case needs of them.
@@ -146,7 +305,7 @@ pub(crate) fn info(case: Option<&Path>) -> Result<(), CommandFailure> {
 
 /// Prints the JSON Schema of the case file, or its keys as tables.
 pub(crate) fn schema(markdown: bool) -> Result<(), CommandFailure> {
-    terminal::print(&match markdown {
+    terminal::print_raw(&match markdown {
         true => case::reference(),
         false => format!("{:#}\n", case::schema()),
     })
@@ -156,7 +315,7 @@ pub(crate) fn schema(markdown: bool) -> Result<(), CommandFailure> {
 pub(crate) fn completions(shell: Shell) -> Result<(), CommandFailure> {
     let mut script = Vec::new();
     clap_complete::generate(shell, &mut Arguments::command(), "ripstop", &mut script);
-    terminal::print(&String::from_utf8_lossy(&script))
+    terminal::print_raw(&String::from_utf8_lossy(&script))
 }
 
 /// Page with a section for every code: `### code name`, then a list of what there is to say.
@@ -197,7 +356,7 @@ pub(crate) fn crossover(arguments: &CrossoverArguments) -> Result<(), CommandFai
         return Err(CommandFailure::expected("--warp-stretch, --weft-stretch", expected, found));
     }
     let points = unit_cell_curve::solve_with(&fabric, law, warp, weft);
-    terminal::print(&match (arguments.json, arguments.csv) {
+    terminal::print_raw(&match (arguments.json, arguments.csv) {
         (true, _) => json_text(law, &points),
         (_, true) => csv_text(&points),
         _ => table_text(&fabric, law, &points),

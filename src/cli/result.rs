@@ -1,35 +1,49 @@
-//! The result of a run as people read it: verdict first, then where the energy went, how far the numbers can be
-//! trusted, what they cost, what was expected, and where the files are.
+//! The result of a run as people read it, on a screen: the verdict, how far it can be trusted, its margins, where the energy went, what it
+//! cost, what was expected, and where the files are.
 
 use std::path::Path;
 
 use ripstop::case::Case;
 use ripstop::output::checks::{self, Check, Level};
 use ripstop::output::expect::{Judgement, expected, got, judgement, note, quantity};
-use ripstop::output::number::grouped;
 use ripstop::output::warnings::Warning;
-use ripstop::output::{Breakage, Energies, costs, verdict};
+use ripstop::output::{Energies, costs, margins, verdict};
 use ripstop::run::Run;
+use ripstop::run::outcome::Outcome;
 use serde_json::Value;
 
 use super::terminal::{self, Align, TextTable, part};
 
+/// Least share of the largest energy that has a line [-].
+const LEAST_SHARE: f64 = 0.005;
+
 /// The whole text. `written`: folder and names of the files, where there are some.
 pub(crate) fn text(case: &Case, run: &Run, summary: &Value, written: Option<(&Path, &[&str])>) -> String {
-    let verdict = verdict(case, run);
-    let verdict = format!("{}{} {}", verdict.word.to_uppercase(), verdict.mark(), verdict.detail);
     let checks = checks::checks(case, run);
+    let mut weighed = TextTable::plain(&[Align::Left; 3]);
+    margins(case, run).into_iter().for_each(|(name, number, more)| weighed.row([name.to_owned(), number, more]));
     let parts = [
-        format!("{}\n\n{}\n{}\n", case.title, terminal::heading(&verdict), advice(&checks)),
+        format!("{}\n\n{}\n{}\n", case.title, headline(case, run), advice(&checks)),
+        warnings(&checks::warnings(case, &checks)),
+        format!("\n{weighed}"),
         energy(run),
-        damage(case, run),
-        trust(&checks, summary),
         part("cost", &TextTable::pairs(costs(case, run, summary)).to_string()),
-        part("warnings", &warnings(&checks::warnings(case, &checks))),
         expectations(summary),
         written.map_or_else(String::new, |(folder, names)| files(folder, names)),
     ];
     parts.concat()
+}
+
+/// Verdict in its colour, and what belongs to it.
+fn headline(case: &Case, run: &Run) -> String {
+    let verdict = verdict(case, run);
+    let paint = match (verdict.complete, run.outcome) {
+        (false, _) | (_, Outcome::Perforated) => terminal::bad,
+        (_, Outcome::Stopped | Outcome::Rebounded) => terminal::good,
+        _ => terminal::caution,
+    };
+    let word = terminal::heading(&paint(&verdict.word.to_uppercase()));
+    format!("{word}{} {}", terminal::heading(verdict.mark()), terminal::heading(&verdict.detail))
 }
 
 /// Sentences to look at, each after a word.
@@ -61,20 +75,6 @@ fn advice(checks: &[Check]) -> String {
     }
 }
 
-/// Broken yarns and their places; empty where none broke.
-fn damage(case: &Case, run: &Run) -> String {
-    let found = Breakage::of(case, run);
-    if found.pieces() == 0 {
-        return String::new();
-    }
-    let [warp, weft, total] = [found.yarns[0], found.yarns[1], found.yarns.iter().sum()].map(|n| grouped(n as u64));
-    let [pieces, hit, edges, elsewhere] =
-        [found.pieces(), found.at_hit, found.at_edges, found.elsewhere].map(|count| grouped(count as u64));
-    let places = format!("{pieces}: {hit} at the hit, {edges} at edges, {elsewhere} elsewhere");
-    let rows = [("yarns", format!("{total}: {warp} warp, {weft} weft")), ("places", places)];
-    part("broken", &TextTable::pairs(rows).to_string())
-}
-
 /// Energy given to the fabric, and its shares at the end.
 fn energy(run: &Run) -> String {
     let Some(energies) = Energies::of(run) else { return String::new() };
@@ -87,19 +87,13 @@ fn energy(run: &Run) -> String {
         };
         table.row([(*name).to_owned(), energies.text(*energy), of]);
     }
-    for (name, energy) in &energies.shares {
+    // Small ones are left to the report.
+    let is_shown =
+        |(name, energy): &&(&str, f64)| energy.abs() >= LEAST_SHARE * energies.scale || *name == "unaccounted";
+    for (name, energy) in energies.shares.iter().filter(is_shown) {
         table.row([format!("  {name}"), energies.text(*energy), energies.percent(*energy)]);
     }
     part("energy", &table.to_string())
-}
-
-/// Every check with its number, and assumed parameters.
-fn trust(checks: &[Check], summary: &Value) -> String {
-    let assumed: Vec<&str> = summary["assumed"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
-    let rows = checks.iter().map(|check| (check.name, check.value.clone()));
-    let table = TextTable::pairs(rows.chain([("assumed parameters", assumed.len().to_string())]));
-    let pointers: String = assumed.chunks(3).map(|some| format!("  {}\n", some.join(", "))).collect();
-    part("trust", &format!("{table}{pointers}"))
 }
 
 fn expectations(summary: &Value) -> String {
@@ -109,9 +103,10 @@ fn expectations(summary: &Value) -> String {
             Judgement::Known => terminal::caution("known"),
             other => terminal::mark(other == Judgement::Holds),
         };
-        text += &format!("{pass}  {} {}, got {}\n", quantity(check), expected(check), got(check));
-        let lines = [check["source"].as_str().unwrap_or_default(), &note(check)].map(str::to_owned);
-        text.extend(lines.into_iter().filter(|line| !line.is_empty()).map(|line| format!("      {line}\n")));
+        text += &format!("{pass}  {} {}, got {}", quantity(check), expected(check), got(check));
+        text.extend(check["source"].as_str().map(|source| format!(" ({source})")));
+        text += format!(" {}", note(check)).trim_end();
+        text.push('\n');
     }
     part("expected", &text)
 }

@@ -6,9 +6,10 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::thread;
 
-use ripstop::case::{Case, CaseError};
+use ripstop::case::{Case, CaseError, with_velocity};
 use ripstop::output::Folder;
-use ripstop::study::batch::{BatchError, BatchOptions, order_case};
+use ripstop::output::number::short;
+use ripstop::study::batch::{BatchError, BatchOptions, StudyProgress, order_case};
 use ripstop::study::report::{Report, ReportTable};
 use ripstop::study::shots::{self, ShotsRequest};
 use ripstop::study::sweep::{self, Factor, SweepOf, SweepRequest, grid};
@@ -45,7 +46,8 @@ pub(crate) fn shots(arguments: &ShotsArguments) -> Result<(), CommandFailure> {
         let mut shot = order_case(case, study.seed(), shots::order(&request, study.seed(), number))?;
         // The case expects that of its nominal shot.
         shot.expect.clear();
-        shot.title = format!("{}, shot {number}", case.title);
+        let velocity = shot.projectile.as_ref().map_or(0.0, |projectile| projectile.velocity);
+        shot.title = format!("{}, shot {number} at {} m/s", case.title, short(velocity, 4));
         let BatchArguments { precision, backend, print, .. } = &arguments.batch;
         let (backend, print) = (backend.clone(), print.clone());
         let mut as_run = RunArguments { precision: *precision, backend, print, ..Default::default() };
@@ -65,7 +67,7 @@ pub(crate) fn v50(arguments: &V50Arguments) -> Result<(), CommandFailure> {
     let refined = arguments.refined.unwrap_or(REFINED[usize::from(case.varies())]);
     let request = V50Request { refined, ..v50_request(&arguments.batch, &arguments.thresholds) };
     let mut missing = None;
-    study.compute("shots", |options, folder| {
+    study.compute("thresholds", |options, folder| {
         let found = v50::run(case, &request, options, folder)?;
         missing = found.missing();
         Ok((found.json(case, &request, options.seed), found.report(case, &request)))
@@ -146,7 +148,9 @@ impl<'a> Study<'a> {
         files: &'static [&'static str],
     ) -> Result<Self, CommandFailure> {
         let interrupted = terminal::watch_interrupts()?;
-        let case = read(&arguments.case, &arguments.sets)?;
+        let mut case = read(&arguments.case, &arguments.sets)?;
+        // Velocities are those of the shots.
+        case.title = with_velocity(&case.title, None);
         if case.projectile.is_none() {
             let place = arguments.case.display();
             return Err(CommandFailure::expected(place, "a projectile, to be shot", "none in the case"));
@@ -176,7 +180,7 @@ impl<'a> Study<'a> {
         let folder = Folder::prepare_for(&out, self.files, &[self.case.path.as_path()])?;
         let goes_on = out.join(self.files[0]).exists();
         terminal::begin_bar(&arguments.print);
-        let show = |done: u32, of: u32| terminal::show_count(done, of, units);
+        let show = |at: StudyProgress| terminal::show_count(at, units);
         let options = BatchOptions {
             seed: self.seed(),
             threads: arguments
@@ -224,7 +228,7 @@ fn text(report: &Report) -> String {
         out += &format!("\n{}{rest}\n{}", terminal::heading(v50), lines(others));
     }
     out += &notes(&report.notes);
-    out.extend(report.tables.iter().map(table));
+    out.extend(report.tables.iter().filter(|table| !table.is_folded).map(table));
     out
 }
 

@@ -1,32 +1,97 @@
-//! The terminal: standard output and error, colour, tables, the progress bar, Ctrl-C.
+//! The terminal: standard output and error, colour, tables, progress, Ctrl-C.
 //!
-//! A reader that has gone away (`| head`) is no error. Colour and bar are for terminals; `NO_COLOR` and `CLICOLOR=0` turn colour off.
+//! A reader that has gone away (`| head`) is no error. Colour and bar are for terminals; `NO_COLOR` and `CLICOLOR=0` turn colour off. Text
+//! for people is broken between words to the width of the terminal; elsewhere a line is a line.
 
 use std::fmt;
 use std::io::{self, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, LazyLock};
+use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 pub(crate) use console::Alignment as Align;
-use console::{Style, measure_text_width, pad_str, style};
+use console::{Style, Term, measure_text_width, pad_str, style};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use ripstop::output::number::short;
 use ripstop::run::Progress;
+use ripstop::study::batch::StudyProgress;
 use serde_json::Value;
 
 use super::arguments::PrintArguments;
 use super::failure::{CommandFailure, INTERRUPTED};
 
-/// Ticks of the bar of a run.
+/// Ticks of the bar.
 const LENGTH: f64 = 1000.0;
+/// Columns of a page.
+pub(crate) const PAGE: usize = 80;
+/// Columns that a hanging indent leaves at least.
+const LEAST_COLUMNS: usize = 24;
+/// Time between lines of progress where standard error is no terminal.
+const HEARTBEAT: Duration = Duration::from_secs(30);
 /// Time after a request to end in which further ones change nothing: batch systems signal a process and its group, and results are written.
 const GRACE: Duration = Duration::from_secs(5);
 
 /// The bar on standard error; hidden until it is wanted, and where that is no terminal.
 static BAR: LazyLock<ProgressBar> = LazyLock::new(ProgressBar::hidden);
+/// Progress since it is shown; `None` where it is not wanted.
+static SEEN: Mutex<Option<Seen>> = Mutex::new(None);
 
-/// Writes to standard output.
+/// Progress so far, from which the time left is estimated.
+#[derive(Clone, Debug)]
+struct Seen {
+    /// Run or study that is under way.
+    name: String,
+    /// Its begin, and its first velocity [m/s] or count.
+    start: (Instant, f64),
+    /// Time of the last line, where there is no terminal.
+    last_line: Instant,
+}
+
+impl Seen {
+    /// Whether a line is due now, which the next one is counted from.
+    fn line_is_due(&mut self, now: Instant) -> bool {
+        let is_due = now - self.last_line >= HEARTBEAT;
+        if is_due {
+            self.last_line = now;
+        }
+        is_due
+    }
+}
+
+/// Writes text for people to standard output, its lines no longer than a terminal is wide.
 pub(crate) fn print(text: &str) -> Result<(), CommandFailure> {
+    print_within(usize::MAX, text)
+}
+
+/// Writes text for people, its lines no longer than a terminal, or so many columns.
+pub(crate) fn print_within(most: usize, text: &str) -> Result<(), CommandFailure> {
+    let columns = Term::stdout().size_checked().map_or(usize::MAX, |(_, columns)| columns.into());
+    print_raw(&wrapped(text, columns.min(most)))
+}
+
+/// Text whose long lines go on below the begin of their last column, broken between words only.
+fn wrapped(text: &str, columns: usize) -> String {
+    let mut out = String::new();
+    for line in text.split_inclusive('\n') {
+        let first = line.find(|c: char| c != ' ').unwrap_or(0);
+        let column = line.rfind("  ").filter(|at| *at > first).map_or(first, |at| measure_text_width(&line[..at + 2]));
+        let indent = if column.saturating_add(LEAST_COLUMNS) > columns { first + 2 } else { column };
+        let mut at = 0;
+        for word in line.split_inclusive(' ') {
+            if at > indent && word.trim() != "" && at + measure_text_width(word.trim_end()) > columns {
+                out.truncate(out.trim_end().len());
+                out += &format!("\n{:indent$}", "");
+                at = indent;
+            }
+            out += word;
+            at += measure_text_width(word);
+        }
+    }
+    out
+}
+
+/// Writes to standard output what programs read.
+pub(crate) fn print_raw(text: &str) -> Result<(), CommandFailure> {
     let mut out = io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
@@ -62,7 +127,7 @@ pub(crate) fn show(
     text: impl FnOnce() -> String,
 ) -> Result<(), CommandFailure> {
     match (print_as.json, print_as.quiet) {
-        (true, _) => print(&format!("{value:#}\n")),
+        (true, _) => print_raw(&format!("{value:#}\n")),
         (false, false) => print(&text()),
         (false, true) => Ok(()),
     }
@@ -143,42 +208,85 @@ impl fmt::Display for TextTable {
     }
 }
 
-/// Shows the bar from now on if it is wanted.
+/// Shows progress from now on if it is wanted.
 pub(crate) fn begin_bar(print_as: &PrintArguments) {
     if print_as.quiet {
         return;
     }
-    if let Ok(style) = ProgressStyle::with_template("{prefix}{wide_bar:.cyan} {msg}  ≤ {eta} left") {
+    if let Ok(style) = ProgressStyle::with_template("{prefix}{wide_bar:.cyan} {msg}") {
         BAR.set_style(style.progress_chars("━╸ "));
     }
     BAR.set_draw_target(ProgressDrawTarget::stderr_with_hz(10));
+    BAR.set_length(LENGTH as u64);
+    // Programs that read JSON read no lines of progress.
+    if BAR.is_hidden() && print_as.json {
+        return;
+    }
+    let now = Instant::now();
+    let begin = Seen { name: String::new(), start: (now, f64::NAN), last_line: now };
+    *SEEN.lock().unwrap_or_else(PoisonError::into_inner) = Some(begin);
+}
+
+/// Shows a message on the bar, or every half minute in a line. `rest`: of the seconds since the begin and the number `first` there, the end
+/// of the message, the part that is done, and the seconds left.
+fn show_progress(name: &str, message: &str, first: f64, rest: impl FnOnce(f64, f64) -> (String, f64, Option<f64>)) {
+    let mut seen = SEEN.lock().unwrap_or_else(PoisonError::into_inner);
+    let Some(seen) = seen.as_mut() else { return };
+    if seen.name != name || seen.start.1.is_nan() {
+        (seen.name, seen.start) = (name.to_owned(), (Instant::now(), first));
+    }
+    let (end, done, left) = rest(seen.start.0.elapsed().as_secs_f64(), seen.start.1);
+    let left = left.map_or_else(String::new, |left| format!("  {} left", duration(left)));
+    let [prefix, message] = [if name.is_empty() { "" } else { "  " }.to_owned(), format!("{message}{end}{left}")];
+    if !BAR.is_hidden() {
+        BAR.set_position((LENGTH * done) as u64);
+        BAR.set_prefix(format!("{name}{prefix}"));
+        BAR.set_message(message);
+    } else if seen.line_is_due(Instant::now()) {
+        complain(&format!("{name}{prefix}{message}"));
+    }
+}
+
+/// Time in the largest unit that leaves a whole number above one [s].
+pub(crate) fn duration(seconds: f64) -> String {
+    match seconds {
+        ..120.0 => format!("{seconds:.0} s"),
+        120.0..7200.0 => format!("{:.0} min", seconds / 60.0),
+        _ => format!("{:.0} h", seconds / 3600.0),
+    }
 }
 
 /// Shows where a run is. `name`: which of several it is.
 pub(crate) fn show_run(name: &str, at: &Progress) {
-    if BAR.is_hidden() {
-        return;
-    }
-    let prefix = if name.is_empty() { String::new() } else { format!("{name}  ") };
-    if BAR.prefix() != prefix || BAR.length() != Some(LENGTH as u64) {
-        BAR.set_prefix(prefix);
-        BAR.set_length(LENGTH as u64);
-        BAR.reset();
-    }
-    let rate = at.steps as f64 * at.elements as f64 / BAR.elapsed().as_secs_f64().max(1e-9) / 1e6;
     let [time, end] = [at.time, at.end_time].map(|time| time * 1e6);
-    BAR.set_position((LENGTH * at.time / at.end_time) as u64);
-    BAR.set_message(format!(
-        "{time:.0}/{end:.0} µs  {:.1} m/s  {} yarns failed  {rate:.1} M/s",
-        at.velocity, at.failed
-    ));
+    let message = format!("{time:.0}/{end:.0} µs  {:.1} m/s  {} yarns failed", at.velocity, at.failed);
+    show_progress(name, &message, at.velocity, |seconds, first| {
+        let rate = at.steps as f64 * at.elements as f64 / seconds.max(1e-9) / 1e6;
+        // A run ends once the projectile has stopped, at the deceleration so far, or at its end time.
+        let stop = at.time * at.velocity / (first - at.velocity);
+        let left = if stop > 0.0 { stop.min(at.end_time - at.time) } else { at.end_time - at.time };
+        let done = at.time / (at.time + left);
+        (format!("  {rate:.1} M/s"), done, Some(seconds * (1.0 - done) / done).filter(|left| left.is_finite()))
+    });
 }
 
-/// Shows how much is done, counted in `unit`.
-pub(crate) fn show_count(done: u32, of: u32, unit: &str) {
-    BAR.set_length(u64::from(of));
-    BAR.set_position(u64::from(done));
-    BAR.set_message(format!("{done}/{of} {unit}"));
+/// Shows where a study is, counted in `unit`.
+pub(crate) fn show_count(at: StudyProgress, unit: &str) {
+    let count = (at.of > 1).then(|| format!("{}/{} {unit}", at.done, at.of));
+    let shots = (at.shots > 0).then(|| format!("{} shots", at.shots));
+    let limit = match at.limit.map(|end| end.map(|end| short(end, 4))) {
+        [Some(low), Some(high)] => Some(format!("limit between {low} and {high} m/s")),
+        [Some(low), None] => Some(format!("limit above {low} m/s")),
+        [None, Some(high)] => Some(format!("limit below {high} m/s")),
+        [None, None] => None,
+    };
+    let message = [count, shots, limit].into_iter().flatten().collect::<Vec<_>>().join("  ");
+    let [done, of] = [at.done, at.of].map(f64::from);
+    show_progress("", &message, done, |seconds, first| {
+        // Thresholds do not take equally many shots.
+        let left = (done > first && at.shots == 0).then(|| seconds * (of - done) / (done - first));
+        (String::new(), done / of, left)
+    });
 }
 
 /// Takes the bar away.
@@ -201,5 +309,36 @@ pub(crate) fn watch_interrupts() -> Result<Arc<AtomicBool>, CommandFailure> {
     match ctrlc::set_handler(handler) {
         Ok(()) => Ok(raised),
         Err(error) => Err(CommandFailure::input(format!("error: cannot listen for Ctrl-C: {error}"))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_lines_go_on_below_their_last_column_and_no_word_is_cut() {
+        assert_eq!(wrapped("short line\n", 20), "short line\n");
+        let table = "a   a text of words\nbb  another one\n";
+        assert_eq!(wrapped(table, 30), table);
+        assert_eq!(
+            wrapped("name  a text that is too long for it\n", 32),
+            "name  a text that is too long\n      for it\n"
+        );
+        assert_eq!(
+            wrapped("name  \u{1b}[1ma text\u{1b}[0m that is too long\n", 32),
+            "name  \u{1b}[1ma text\u{1b}[0m that is too long\n"
+        );
+        // Where the last column is far to the right, the line goes on below its begin.
+        assert_eq!(wrapped("  a first column  and a second\n", 24), "  a first column  and a\n    second\n");
+        assert_eq!(wrapped("averylongword\n", 5), "averylongword\n");
+    }
+
+    #[test]
+    fn a_line_of_progress_is_due_every_half_minute() {
+        let now = Instant::now();
+        let mut seen = Seen { name: String::new(), start: (now, 0.0), last_line: now };
+        let due: Vec<u64> = (0..120).filter(|second| seen.line_is_due(now + Duration::from_secs(*second))).collect();
+        assert_eq!(due, [30, 60, 90]);
     }
 }

@@ -319,7 +319,7 @@ fn mesh_under_hit(case: &Case, run: &Run) -> Check {
         "a sharp rim: finer elements change the energy that a perforation takes; compare with \"accuracy\": \"converged\", or give \
          the rim its edge_radius_mm"
     } else {
-        "contact was sampled at nodes: a ballistic limit hangs on where in a cell the hit is; compare with \
+        "contact was sampled at nodes: a ballistic limit depends on where in a cell the hit is; compare with \
          \"contact_sampling\": \"edges\""
     };
     let level = match reason {

@@ -23,6 +23,8 @@ pub use checkpoint::CheckpointWriter;
 pub use expect::check;
 pub use folder::{CHECKPOINT, Folder, StagedFrames, write_whole};
 pub use report::animation::{AnimatedPly, Animation, Keyframe};
-pub use summary::{Energies, Verdict, absorbed_energy, costs, residual_velocity, summary, verdict};
+pub use summary::{
+    Energies, Verdict, absorbed_energy, areal_density, costs, margins, residual_velocity, summary, verdict,
+};
 #[doc(hidden)]
 pub use summary::{place, reached, symmetry};

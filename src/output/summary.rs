@@ -166,27 +166,62 @@ fn origin(case: &Case, run: &Run, checks: &[Check]) -> Value {
     })
 }
 
+/// Mass of all plies over their area [kg/m²].
+pub fn areal_density(case: &Case) -> f64 {
+    case.layers().iter().map(|layer| f64::from(layer.plies) * layer.fabric.areal_density).sum()
+}
+
+/// Numbers of a run that a verdict is weighed by: name, number, and more on it. For the terminal and the report.
+pub fn margins(case: &Case, run: &Run) -> Vec<(&'static str, String, String)> {
+    let mut all = Vec::new();
+    let absorbed = absorbed_energy(run);
+    if run.impact_energy > 0.0 {
+        let share = fixed(100.0 * absorbed / run.impact_energy, 0);
+        let of = format!("{share} % of {} J", short(run.impact_energy, 3));
+        all.push(("energy absorbed", format!("{} J", short(absorbed, 3)), of));
+        let pack = areal_density(case);
+        let of = format!("over {} kg/m²", short(pack, 3));
+        all.push(("energy per areal density", format!("{} J·m²/kg", short(absorbed / pack, 3)), of));
+    }
+    let strongest = run.history.iter().max_by(|a, b| a.contact_force.total_cmp(&b.contact_force));
+    all.extend(strongest.filter(|row| row.contact_force > 0.0).map(|row| {
+        let (force, time) = (short(row.contact_force, 3), short(row.time * 1e6, 3));
+        ("peak contact force", format!("{force} N"), format!("at {time} µs"))
+    }));
+    let load = short(100.0 * peak(run, |row| row.balance.max_load), 4);
+    all.push(("highest load of a yarn", format!("{load} %"), "of its breaking load".to_owned()));
+    let back = short(1e3 * peak(run, |row| row.last_deflection), 3);
+    all.push(("back-face deflection", format!("{back} mm"), String::new()));
+    let broken = Breakage::of(case, run);
+    let [total, warp, weft] = [broken.yarns.iter().sum(), broken.yarns[0], broken.yarns[1]].map(|n| grouped(n as u64));
+    let [pieces, hit, edges, elsewhere] =
+        [broken.pieces(), broken.at_hit, broken.at_edges, broken.elsewhere].map(|count| grouped(count as u64));
+    let places = format!(
+        "{warp} warp, {weft} weft, in {pieces} places: {hit} at the hit, {edges} at edges, {elsewhere} elsewhere"
+    );
+    all.push(("yarns broken", total, if broken.pieces() > 0 { places } else { String::new() }));
+    all
+}
+
 /// Costs in words, for the terminal and the report.
 pub fn costs(case: &Case, run: &Run, summary: &Value) -> impl Iterator<Item = (&'static str, String)> {
     let element_steps = run.elements as u64 * run.steps;
     let rate = element_steps as f64 / run.loop_seconds / 1e6;
-    let [elements, steps, product] = [run.elements as u64, run.steps, element_steps].map(grouped);
+    let [elements, steps] = [run.elements as u64, run.steps].map(grouped);
     let share = fixed(100.0 * run.element_steps_computed as f64 / element_steps.max(1) as f64, 1);
     let computed = match run.planes {
-        MirrorPlanes::NONE => format!("{share} % of them"),
-        planes => format!("{share} % of them: {}", symmetry(planes)),
+        MirrorPlanes::NONE => format!("{share} % computed"),
+        planes => format!("{share} % computed: {}", symmetry(planes)),
     };
     let (courant, set_by) = (case.solver.courant, &run.step_set_by);
     let wall = summary["wall_s"].as_f64().unwrap_or(0.0);
     let threads = if run.threads == 1 { "1 thread".to_owned() } else { format!("{} threads", run.threads) };
-    let what = run.adapter.as_ref().unwrap_or(&threads);
+    let on = format!("on {}, {}, {}", run.backend, run.adapter.as_ref().unwrap_or(&threads), run.precision);
     let rows = [
         ("time step", format!("{}, {courant} of the critical step, set by: {set_by}", us(run.time_step))),
-        ("work", format!("{elements} elements × {steps} steps = {product} element-steps")),
-        ("computed", computed),
+        ("work", format!("{elements} elements × {steps} steps, {computed}")),
         ("not skipped", run.skips.switched_off().join(", ")),
-        ("wall time", format!("{wall:.2} s, of which the loop {:.2} s: {rate:.1} M element-steps/s", run.loop_seconds)),
-        ("on", format!("{}, {what}, {}", run.backend, run.precision)),
+        ("wall time", format!("{wall:.2} s, the loop {:.2} s: {rate:.1} M element-steps/s {on}", run.loop_seconds)),
     ];
     rows.into_iter().filter(|(_, value)| !value.is_empty())
 }

@@ -56,8 +56,21 @@ pub struct BatchOptions<'a> {
     pub interrupt: &'a AtomicBool,
     /// Whether the folder must hold the study already: rows that lie there are kept in any case.
     pub resume: bool,
-    /// Receiver of the progress: shots, realisations or points that are done, and how many are wanted at most.
-    pub progress: &'a (dyn Fn(u32, u32) + Sync),
+    /// Receiver of the progress.
+    pub progress: &'a (dyn Fn(StudyProgress) + Sync),
+}
+
+/// Progress of a study.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StudyProgress {
+    /// Shots, thresholds or points that are done.
+    pub done: u32,
+    /// Number of them that is wanted at most.
+    pub of: u32,
+    /// Shots fired in search of thresholds; 0 where shots or points are counted.
+    pub shots: usize,
+    /// Limit so far: fastest stop and slowest perforation, the lower one first [m/s].
+    pub limit: [Option<f64>; 2],
 }
 
 impl BatchOptions<'_> {

@@ -77,6 +77,18 @@ fn configurations(case: &Case, gpu: bool) -> Vec<Configuration> {
     all
 }
 
+/// Cases of the references and of every configuration that can be read, each with what its run skips.
+///
+/// # Errors
+/// When the case itself cannot be read.
+pub fn plan(read: ReadCase<'_>, gpu: bool) -> Result<Vec<(Case, Skips)>, CaseError> {
+    let base = read(&[])?;
+    let references = REFERENCE_COURANT.map(|courant| (reference_sets(&base, courant).to_vec(), Skips::WHOLE));
+    let others = configurations(&base, gpu).into_iter().map(|one| (one.sets, one.skips));
+    let all = references.into_iter().chain(others);
+    Ok(all.filter_map(|(sets, skips)| Some((read(&sets).ok()?, skips))).collect())
+}
+
 /// Row of `bench.json`: a configuration or the reference, and its run.
 fn row(name: &str, sets: &[String], case: &Case, run: &Run) -> Value {
     let divergence = run.divergence.as_ref();

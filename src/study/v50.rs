@@ -17,7 +17,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use serde_json::json;
 
-use super::batch::{self, Batch, BatchError, BatchOptions, ShotOrder, in_threads};
+use super::batch::{self, Batch, BatchError, BatchOptions, ShotOrder, StudyProgress, in_threads};
 use super::fit;
 use super::range_data::FitRow;
 use super::shots::ShotRow;
@@ -278,6 +278,7 @@ impl Campaign<'_> {
             shots: shots.len(),
             failed: shots.len() - rows.len(),
             torn_off,
+            rows: self.batches[0].table().rows(u32::MAX).cloned().collect(),
             ..V50Result::new(found, fit::passed(&rows), &self.batches[0].case, self.request)
         }
     }
@@ -346,11 +347,17 @@ impl Campaign<'_> {
                 found.iter().filter_map(|found| found.as_ref().err().copied()).collect();
             if wanted.is_empty() {
                 let count = realisations.len() as u32;
-                let done = self.done.fetch_add(count, Ordering::Relaxed) + count;
-                (self.options.progress)(done, self.of);
+                self.done.fetch_add(count, Ordering::Relaxed);
                 return Ok(found.into_iter().flatten().collect());
             }
             batch::fire(&self.batches, &wanted, 1, &|_| {})?;
+            let seen: Vec<StudyProgress> = self.batches.iter().map(|batch| batch.table().progress()).collect();
+            (self.options.progress)(StudyProgress {
+                done: self.done.load(Ordering::Relaxed),
+                of: self.of,
+                shots: seen.iter().map(|seen| seen.shots).sum(),
+                limit: seen[0].limit,
+            });
         }
     }
 }

@@ -27,6 +27,22 @@ fn changes_are_named_in_title_and_name() {
 }
 
 #[test]
+fn a_title_has_the_velocity_of_its_shot() {
+    let mut document = plain();
+    document["title"] = json!("a ball at 91 m/s, cold");
+    let named = |set: &str| {
+        let mut case = case::from_str("plain.json", &document.to_string(), &[set.to_owned()]).unwrap();
+        case.name_changes(&[set.to_owned()]);
+        case.title
+    };
+    assert_eq!(named("/projectile/velocity_m_s=200.5"), "a ball at 200.5 m/s, cold [velocity_m_s = 200.5]");
+    assert!(named("/pack/friction=0.1").starts_with("a ball at 91 m/s, cold ["));
+    for (title, without) in [("ball at 91 m/s", "ball"), ("look at that m/s", "look at that m/s"), ("ball", "ball")] {
+        assert_eq!(case::with_velocity(title, None), without);
+    }
+}
+
+#[test]
 fn a_fabric_of_a_file_brings_its_sources_and_its_errors() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("case.json");

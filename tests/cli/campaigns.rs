@@ -4,6 +4,7 @@
 //! published set; bad input is one error with exit code 2, with the place, what was expected, what was found and help, and nothing is
 //! written then.
 
+use super::terminal::on_a_terminal;
 use super::*;
 
 /// A small ply in which something varies.
@@ -71,6 +72,10 @@ fn a_shot_by_its_number_is_the_row_with_everything_a_run_writes() {
     assert_eq!(summary["energy_gained"].as_f64().unwrap(), cell("energy_gained").parse::<f64>().unwrap());
     assert_eq!(summary["absorbed_energy_j"].as_f64().unwrap(), cell("absorbed_energy_j").parse::<f64>().unwrap());
     assert!(bench.path("out/shot-5/report.html").exists());
+    let page = bench.text("out/shots.html");
+    for part in ["shot-5/report.html", "Drawn: warp modulus", "warp modulus [GPa]", "8 shots"] {
+        assert!(page.contains(part), "{part} in\n{page}");
+    }
     // Its case, run by itself, is that shot again.
     let again = typed(&bench, "run out/shot-5/case.json -o again --json --no-report");
     let again: Value = serde_json::from_str(&stdout(&again)).unwrap();
@@ -106,6 +111,26 @@ fn a_limit_has_its_agreed_names() {
 }
 
 #[test]
+#[cfg(target_os = "linux")]
+fn a_search_for_a_limit_shows_its_shots_and_what_lies_between_them() {
+    let mut case = varies();
+    case.as_object_mut().unwrap().remove("variability");
+    case["title"] = json!("ball at 120 m/s");
+    let bench = bench_of(&case);
+    let shown = on_a_terminal(&bench, 100, "v50 shot.json --refined 0 -o out", "NO_COLOR=1");
+    assert!(shown.contains(" shots  limit between ") && !shown.contains("0/1"), "{shown:?}");
+    let page = bench.text("out/v50.html");
+    for part in [
+        ">ballistic limit ",
+        "Shots of the search",
+        "impact velocity [m/s]",
+        "<p class=\"over\">Ballistic limit: ball</p>",
+    ] {
+        assert!(page.contains(part), "{part} in\n{page}");
+    }
+}
+
+#[test]
 fn a_limit_that_is_not_found_is_an_error_with_what_to_do() {
     let mut case = varies();
     case.as_object_mut().unwrap().remove("variability");
@@ -125,7 +150,23 @@ fn a_sweep_prints_and_writes_its_points() {
     assert!(stdout(&output).contains("residual_velocity_m_s"));
     assert_eq!(fs::read_to_string(bench.path("out/sweep.csv")).unwrap().lines().count(), 5);
     let page = fs::read_to_string(bench.path("out/sweep.html")).unwrap();
-    assert!(page.contains("residual_velocity_m_s over plies"));
+    let effects = ["plies", "velocity_m_s"].map(|name| format!(">{name}: "));
+    let parts = [
+        "residual velocity over plies",
+        "residual velocity [m/s]",
+        "plies [-]",
+        "points/0003/shots.html",
+        "Main effects",
+    ];
+    for part in parts.into_iter().chain(effects.iter().map(String::as_str)) {
+        assert!(page.contains(part), "{part} in\n{page}");
+    }
+    // By hand: from the means of the rows at 40 and at 140 m/s.
+    let table = fs::read_to_string(bench.path("out/sweep.csv")).unwrap();
+    let residual = |row: usize| table.lines().nth(row).unwrap().split(',').nth(3).unwrap().parse::<f64>().unwrap();
+    let effect = ((residual(2) + residual(4)) - (residual(1) + residual(3))).abs() / 2.0;
+    let printed = stdout(&output).split_once("velocity_m_s: ").unwrap().1.split(',').next().unwrap().parse::<f64>();
+    assert!(effect > 1.0 && (printed.unwrap() / effect - 1.0).abs() < 5e-3, "{effect}, {}", stdout(&output));
 }
 
 #[test]

@@ -53,12 +53,13 @@ fn a_fabric_from_a_file_comes_with_its_sources() {
 #[test]
 fn check_prints_every_field_and_what_follows_and_refuses_bad_cases() {
     let bench = Bench::new(&small());
-    let output = bench.ripstop(&["check", "absent.json", "shot.json", "shot.json"]);
+    let output = bench.ripstop(&["check", "absent.json", "shot.json", "shot.json", "--all"]);
     assert_eq!((code(&output), stderr(&output).matches("error: absent.json").count()), (2, 1));
     let text = stdout(&output);
     assert_eq!(text.matches("/pack/width_mm").count(), 2);
+    let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
     for field in &case::from_str("shot.json", &small().to_string(), &[]).unwrap().fields {
-        assert!(text.contains(&field.pointer) && text.contains(&field.value), "{}", field.pointer);
+        assert!(words.contains(&field.pointer) && words.contains(&field.value), "{}", field.pointer);
     }
     let mirrored = "a quarter, mirrored at x = 0 and y = 0";
     for part in
@@ -67,6 +68,37 @@ fn check_prints_every_field_and_what_follows_and_refuses_bad_cases() {
         assert!(text.contains(part), "{part} in\n{text}");
     }
     assert_eq!(bench.names("."), ["shot.json"]);
+}
+
+/// S-720 by hand: 1420 denier are 157.8 mg/m and 0.1096 mm² of 1440 kg/m³; 96 GPa and 3.5 % of it break at 368 N.
+#[test]
+fn check_begins_with_what_a_data_sheet_says() {
+    let bench = Bench::new(&small());
+    let sheet: Value = serde_json::from_str(&stdout(&bench.ripstop(&["check", "shot.json", "--json"]))).unwrap();
+    let near = |found: &Value, expected: f64| (found.as_f64().unwrap() / expected - 1.0).abs() < 1e-3;
+    let yarn = &sheet["fabrics"][0]["warp"];
+    assert!(near(&yarn["breaking_load_n"], 1420.0 / 9e6 / 1440.0 * 96e9 * 0.035), "{yarn}");
+    assert!(near(&yarn["wave_speed_m_s"], (96e9_f64 / 1440.0).sqrt()), "{yarn}");
+    assert!(near(&sheet["areal_density_kg_m2"], 0.2552) && near(&sheet["impact_energy_j"], 540.0), "{sheet}");
+    assert_eq!(sheet["fields"].as_array().unwrap().len(), run(&small()).0.fields.len());
+    let plies = stdout(&bench.ripstop(&["check", "shot.json", "--set", "/pack/plies=3", "--json"]));
+    assert!(plies.contains("\"areal_density_kg_m2\": 0.765"), "{plies}");
+    let text = stdout(&bench.ripstop(&["check", "shot.json", "--set", "/pack/edges={\"left\": \"free\"}"]));
+    for part in [
+        "breaks at 368 N (2.33 N/tex)",
+        "wave 8165 m/s",
+        "impact energy 540 J",
+        "● hit at [0, 0] mm",
+        "│",
+        "║",
+        "─ free",
+    ] {
+        assert!(text.contains(part), "{part} in\n{text}");
+    }
+    // Half the width is twelve columns, behind two blanks and a side.
+    let hit = |text: &str| text.lines().find_map(|line| line.chars().position(|c| c == '●')).unwrap();
+    let moved = stdout(&bench.ripstop(&["check", "shot.json", "--set", "/projectile/offset_mm=[7,0]"]));
+    assert!(hit(&text) == 15 && hit(&moved) > 15, "{text}{moved}");
 }
 
 #[test]
@@ -170,7 +202,7 @@ fn bench_prints_a_table_and_what_was_left_out() {
     case["solver"]["end_time_us"] = json!(3);
     let bench = Bench::new(&case);
     let output = bench.ripstop(&["bench", "shot.json", "--backend", "cpu", "--out", "here"]);
-    assert_eq!((code(&output), stderr(&output)), (0, String::new()));
+    assert!(code(&output) == 0 && stderr(&output).starts_with("note: 12 runs, "), "{}", stderr(&output));
     for part in [
         "a small shot",
         "reference: CPU, f64, Courant 0.25",

@@ -79,7 +79,7 @@ fn each_as_alone(device: &'static Device) -> Outcome {
 }
 
 fn options<'a>(device: &'a Device, interrupt: &'a AtomicBool) -> BatchOptions<'a> {
-    let (seed, precision, progress) = (3, Precision::F32, &|_, _| {});
+    let (seed, precision, progress) = (3, Precision::F32, &|_| {});
     BatchOptions {
         seed,
         threads: 1,
