@@ -107,7 +107,7 @@ impl Fit {
             (Some(perforation), Some(stop)) => {
                 let mixed = if self.outcomes.overlap() { "mixed results" } else { "no mixed results" };
                 let [perforation, stop] = [perforation, stop].map(|velocity| short(velocity, 4));
-                format!("{mixed}: slowest perforation {perforation} {unit}, fastest stop {stop} {unit}")
+                format!("slowest perforation: {perforation} {unit}, fastest stop {stop} {unit}: {mixed}")
             }
             _ => "one outcome only".to_owned(),
         };

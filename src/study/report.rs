@@ -5,7 +5,9 @@ use maud::{Markup, html};
 use super::fit::Fit;
 use super::limit::{Limit, ResidualModel};
 use super::range_data::VelocityUnit;
+use super::shots::ShotRow;
 use super::v50_result::{ThresholdSample, V50Result};
+use crate::case::{Drawn, in_words};
 use crate::output::number::short;
 use crate::output::report::plot::{Figure, Plot};
 use crate::output::report::{figure, page, table};
@@ -15,13 +17,14 @@ const POINTS: usize = 240;
 /// Classes of perforations and stops.
 const PERFORATED: &str = "k1";
 const STOPPED: &str = "k0";
+const UNDECIDED: &str = "k6";
 
-/// Result of a study.
+/// Result of a study: on its page a card with the answer and the counts, then figures, then tables.
 #[derive(Clone, Debug, Default)]
 pub struct Report {
     /// Title of the case; empty where the first line of counts names the file of shots.
     pub title: String,
-    /// Lines on how many shots there were, and what became of them.
+    /// Lines `name: number, more` on how many shots there were, and what became of them.
     pub counts: Vec<String>,
     /// Lines of the answer; the first begins with V50 up to its first comma. None in a sweep.
     pub answer: Vec<String>,
@@ -46,6 +49,10 @@ pub struct ReportTable {
     pub rows: Vec<Vec<String>>,
     /// Lines below it.
     pub foot: String,
+    /// Addresses that the first cells of a page lead to; none where it is empty.
+    pub links: Vec<String>,
+    /// Whether it is on the page alone, folded.
+    pub is_folded: bool,
 }
 
 impl ReportTable {
@@ -81,11 +88,25 @@ impl Report {
                 }
             }
         };
+        let (headline, rest) = self.answer.split_first().map_or((title, &[][..]), |(first, rest)| (first, rest));
+        let (word, story) = headline.split_once(", ").filter(|_| !self.answer.is_empty()).unwrap_or((headline, ""));
         let body = html! {
-            h1 { (title) }
-            (paragraph("answer", &self.answer))
-            (paragraph("counts", &self.counts))
-            @for note in &self.notes { p class="note" { (note) "." } }
+            header {
+                @if self.answer.is_empty() { h1 { (title) } }
+                @else {
+                    p class="over" { (title) }
+                    h1 class="verdict plain" { (word) }
+                    p class="story" { (story) @for line in rest { br; (line) } }
+                }
+                dl class="figures" {
+                    @for line in &self.counts {
+                        @let (name, number) = line.split_once(": ").unwrap_or(("shots", line));
+                        @let (number, more) = number.split_once(", ").unwrap_or((number, ""));
+                        div { dt { (name) } dd { (number) " " small { (more) } } }
+                    }
+                }
+                (paragraph("answer look", &self.notes))
+            }
             div class="plots" { @for panel in &self.panels { (figure(panel)) } }
             @for one in &self.tables { (section(one)) }
             p class="note" { "ripstop " (env!("CARGO_PKG_VERSION")) ". All numbers are in " (numbers) "." }
@@ -100,13 +121,67 @@ fn section(of: &ReportTable) -> Markup {
         html! { @if of.is_text(column) { span class="text" { (cell) } } @else { (cell) } }
     };
     let heads: Vec<&str> = of.heads.iter().map(String::as_str).collect();
-    html! {
-        @if !of.rows.is_empty() {
-            @if !of.title.is_empty() { h2 { (of.title) } }
-            (table("numbers", &heads, of.rows.iter().map(|row| row.iter().enumerate().map(cell).collect())))
+    let row = |(number, row): (usize, &Vec<String>)| -> Vec<Markup> {
+        let mut cells: Vec<Markup> = row.iter().enumerate().map(cell).collect();
+        if let (Some(first), Some(link)) = (cells.first_mut(), of.links.get(number)) {
+            *first = html! { a href=(link) { (*first) } };
         }
+        cells
+    };
+    let body = html! {
+        @if !of.rows.is_empty() { (table("numbers", &heads, of.rows.iter().enumerate().map(row))) }
         @for line in of.foot.lines() { p class="note" { (line) } }
+    };
+    html! {
+        @if of.is_folded { details { summary { (of.title) } (body) } }
+        @else {
+            @if !of.rows.is_empty() && !of.title.is_empty() { h2 { (of.title) } }
+            (body)
+        }
     }
+}
+
+/// Figure of shots over their velocity, in the colour of their outcome. `upright`: name of the other axis, and the value of a shot there.
+pub(super) fn shot_panel<'a>(
+    [id, title, upright]: [&str; 3],
+    rows: impl IntoIterator<Item = &'a ShotRow>,
+    value: impl Fn(&ShotRow) -> Option<f64>,
+) -> Option<Figure> {
+    let shots: Vec<_> = rows.into_iter().filter_map(|row| Some((row, [row.velocity, value(row)?]))).collect();
+    let range = |axis: usize| match ends(shots.iter().map(|(_, at)| at[axis])) {
+        [low, high] if low == high => [low - 1.0, high + 1.0],
+        range => range,
+    };
+    let mut plot =
+        Plot::new(roomy(range(0), 0.05, 1e-3), roomy(range(1), 0.05, 1e-3), ["impact velocity [m/s]", upright]);
+    for (row, at) in &shots {
+        let class = match row.perforated() {
+            Some(true) => PERFORATED,
+            Some(false) => STOPPED,
+            None => UNDECIDED,
+        };
+        plot.dot(class, *at, 3.5, &format!("shot {}, {} m/s", row.order.shot, short(row.velocity, 4)));
+    }
+    name_outcomes(&mut plot);
+    (!shots.is_empty()).then(|| Figure::new(id, title, "", Some(plot)))
+}
+
+/// Figures of each value that was drawn over the velocity.
+pub(super) fn drawn_panels(rows: &[ShotRow]) -> Vec<Figure> {
+    let columns = rows.iter().map(|row| &row.drawn).max_by_key(|drawn| drawn.len()).into_iter().flatten();
+    let panel = |(n, column): (usize, &Drawn)| {
+        let value =
+            |row: &ShotRow| row.drawn.iter().find(|drawn| drawn.column == column.column).map(|drawn| drawn.value);
+        let words = in_words(&column.column);
+        let title = words.split(" [").next().unwrap_or_default();
+        shot_panel([&format!("drawn-{n}"), &format!("Drawn: {title}"), &words], rows, value)
+    };
+    columns.enumerate().filter_map(panel).collect()
+}
+
+fn name_outcomes(plot: &mut Plot) {
+    plot.name("dot k1", "perforated");
+    plot.name("dot k0", "stopped");
 }
 
 /// Adds a dot for shots of one kind; larger where they are many.
@@ -161,8 +236,7 @@ pub(super) fn chance_panel(fit: &Fit) -> Figure {
             }
         }
     }
-    plot.name("dot k1", "perforated");
-    plot.name("dot k0", "stopped");
+    name_outcomes(&mut plot);
     let caption = format!("Bars: {} % intervals.", short(100.0 * fit.level, 3));
     Figure::new("chance", "Chance of a perforation", caption, Some(plot))
 }

@@ -10,14 +10,15 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use csv::StringRecord;
 use serde_json::json;
 
-use super::batch::{self, Batch, BatchError, BatchOptions, ShotOrder, notes};
+use super::batch::{self, Batch, BatchError, BatchOptions, ShotOrder, StudyProgress, notes};
 use super::fit::{Fit, fit};
 use super::range_data::{FitRow, RangeData};
-use super::report::Report;
+use super::report::{Report, ReportTable, drawn_panels};
 use crate::case::{Case, CaseError, Drawn, RANGE_STREAM};
 use crate::num::random::DrawKey;
 use crate::output::checks::{Level, advice, checks};
 use crate::output::csv::{number, quoted};
+use crate::output::number::short;
 use crate::output::{Breakage, Folder, absorbed_energy, residual_velocity};
 use crate::run::Run;
 use crate::run::outcome::Outcome;
@@ -124,9 +125,9 @@ pub fn run(
     let batch = begin(case, request, options, folder)?;
     let missing = missing(&batch.table(), request, options.seed);
     let done = AtomicU32::new(request.count - missing.len() as u32);
-    batch.fire(&missing, options.threads, &|_| {
+    batch.fire(&missing, options.threads, &|table| {
         let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-        (options.progress)(done, request.count);
+        (options.progress)(StudyProgress { done, of: request.count, shots: 0, ..table.progress() });
     })?;
     let table = batch.table().text(request.count);
     let rows: Vec<ShotRow> = batch.table().rows(request.count).cloned().collect();
@@ -151,6 +152,22 @@ impl ShotsResult {
         let reason = failed.first().map(|row| format!("shot {}: {}", row.order.shot, row.reason));
         report.notes.extend(reason.map(|reason| format!("{} shots without an outcome; {reason}", failed.len())));
         report.notes.extend(notes(case));
+        report.panels.extend(drawn_panels(&self.rows));
+        let line = |row: &ShotRow| {
+            let residual = row.residual.map_or_else(|| "-".to_owned(), |residual| short(residual, 4));
+            let outcome = row.outcome.map_or("failed", Outcome::word);
+            let texts =
+                [row.order.shot.to_string(), short(row.velocity, 4), residual, outcome.to_owned(), row.trust.clone()];
+            texts.to_vec()
+        };
+        let foot =
+            "A number leads to the report of that shot, once this command with --only and the number has run it alone.";
+        report.tables.push(ReportTable {
+            links: self.rows.iter().map(|row| format!("shot-{}/report.html", row.order.shot)).collect(),
+            is_folded: true,
+            ..ReportTable::new("All shots", &["shot", "velocity m/s", "residual m/s", "outcome", "trust"], 0)
+                .rows(self.rows.iter().map(line), foot)
+        });
         report
     }
 }
@@ -364,6 +381,19 @@ impl ShotTable {
     /// Rows of the shots below `count`, by shot and velocity.
     pub fn rows(&self, count: u32) -> impl Iterator<Item = &ShotRow> {
         self.rows.range(..(count, 0)).map(|(_, row)| row)
+    }
+
+    /// Shots so far, and the limit between them.
+    pub(super) fn progress(&self) -> StudyProgress {
+        let shots = |passed: bool| self.rows.values().filter(move |row| row.defeats() == Some(passed));
+        let stop = shots(false).map(|row| row.velocity).reduce(f64::max);
+        let perforation = shots(true).map(|row| row.velocity).reduce(f64::min);
+        // Results may be mixed between them.
+        let limit = match (stop, perforation) {
+            (Some(stop), Some(perforation)) => [stop.min(perforation), stop.max(perforation)].map(Some),
+            alone => alone.into(),
+        };
+        StudyProgress { shots: self.rows.len(), limit, ..StudyProgress::default() }
     }
 
     /// Sorted table of the shots below `count`.

@@ -9,12 +9,12 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use serde_json::{Map, Value, json};
 
-use super::batch::{self, BatchError, BatchOptions, ShotOrder};
+use super::batch::{self, BatchError, BatchOptions, ShotOrder, StudyProgress};
 use super::report::{Report, ReportTable, ends, roomy};
 use super::shots::{self, ShotRow, ShotsRequest};
 use super::v50::{self, V50Request};
 use super::v50_result::V50Result;
-use crate::case::{Case, CaseError};
+use crate::case::{Case, CaseError, in_words};
 use crate::output::Folder;
 use crate::output::csv::{self, number};
 use crate::output::number::short;
@@ -195,14 +195,15 @@ impl<'a> Sweep<'a> {
     }
 
     fn show(&self, done: usize) {
-        (self.options.progress)(done as u32, self.request.points.len() as u32);
+        let of = self.request.points.len() as u32;
+        (self.options.progress)(StudyProgress { done: done as u32, of, ..StudyProgress::default() });
     }
 
     /// Case, folder and options of a point.
     fn batch(&self, number: usize, files: &[&str]) -> Result<(&'a Case, Folder, BatchOptions<'a>), BatchError> {
         let path = self.folder.join(format!("{number:04}"));
         let folder = Folder::prepare_for(&path, files, &[])?;
-        let options = BatchOptions { resume: false, progress: &|_, _| {}, ..*self.options };
+        let options = BatchOptions { resume: false, progress: &|_| {}, ..*self.options };
         Ok((&self.request.points[number].1, folder, options))
     }
 
@@ -304,9 +305,30 @@ impl SweepResult {
             let digits = |column: usize| move |value| if column < keys { number(value) } else { short(value, 4) };
             cells.iter().enumerate().map(|(column, cell)| text(cell, digits(column), "-")).collect()
         };
-        let table = ReportTable::new("", &heads, 0).rows(self.points.iter().map(row), "");
-        let panels = self.lines(request, &names).into_iter().collect();
-        Report { title: title.to_owned(), tables: vec![table], panels, ..Report::default() }
+        let mut table = ReportTable::new("", &heads, 0).rows(self.points.iter().map(row), "");
+        let page = if matches!(request.of, SweepOf::V50(_)) { "v50.html" } else { "shots.html" };
+        table.links = (0..self.points.len()).map(|number| format!("points/{number:04}/{page}")).collect();
+        let response = in_words(names[keys]);
+        let effects: Vec<f64> = (0..keys).map(|factor| self.main_effect(keys, factor)).collect();
+        let mut counts = vec![format!("points: {}", self.points.len())];
+        let effect =
+            |(name, effect): (&&str, &f64)| format!("{name}: {}, main effect on {response}", short(*effect, 3));
+        counts.extend(names.iter().zip(&effects).map(effect));
+        let panels = self.lines(request, &names).into_iter().chain(bars(&names, &effects, &response)).collect();
+        Report { title: title.to_owned(), counts, tables: vec![table], panels, ..Report::default() }
+    }
+
+    /// Main effect of a factor of `keys`: largest less least mean response over its values.
+    fn main_effect(&self, keys: usize, factor: usize) -> f64 {
+        let mut levels: BTreeMap<String, (f64, f64)> = BTreeMap::new();
+        for cells in &self.points {
+            if let Some(response) = cells[keys].as_f64() {
+                let (sum, count) = levels.entry(cells[factor].to_string()).or_default();
+                (*sum, *count) = (*sum + response, *count + 1.0);
+            }
+        }
+        let [low, high] = ends(levels.values().map(|(sum, count)| sum / count));
+        if low.is_finite() { high - low } else { 0.0 }
     }
 
     /// Response over the first factor, a line for each combination of the others; nothing without a response.
@@ -324,7 +346,8 @@ impl SweepResult {
             groups.entry(others.join(", ")).or_default().extend(point);
         }
         let [x, y] = [0, 1].map(|axis| roomy(ends(groups.values().flatten().map(|point| point[axis])), 0.05, 1e-3));
-        let mut plot = Plot::new(x, y, [names[0], names[keys]]);
+        let [across, up] = [names[0], names[keys]].map(in_words);
+        let mut plot = Plot::new(x, y, [&across, &up]);
         for (n, (group, points)) in groups.iter_mut().enumerate() {
             points.sort_by(|a, b| a[0].total_cmp(&b[0]));
             let class = format!("k{}", n % COLOURS);
@@ -332,9 +355,23 @@ impl SweepResult {
             points.iter().for_each(|point| plot.dot(&class, *point, 3.5, &short(point[1], 4)));
         }
         let caption = if keys > 1 { format!("Lines: {}.", names[1..keys].join(", ")) } else { String::new() };
-        let title = format!("{} over {}", names[keys], names[0]);
+        let title =
+            [names[keys], names[0]].map(|name| in_words(name).split(" [").next().unwrap_or_default().to_owned());
+        let title = title.join(" over ");
         groups.values().any(|points| !points.is_empty()).then(|| Figure::new("lines", &title, caption, Some(plot)))
     }
+}
+
+/// Bars of the main effects; nothing of a single factor.
+fn bars(names: &[&str], effects: &[f64], response: &str) -> Option<Figure> {
+    let [_, longest] = ends(effects.iter().copied());
+    let mut plot = Plot::new([0.0, 1.05 * longest], [0.0, effects.len() as f64], [response, "factor"]);
+    for (n, (name, effect)) in names.iter().zip(effects).enumerate() {
+        let at = effects.len() as f64 - n as f64 - 0.7;
+        plot.bar(&format!("k{}", n % COLOURS), [*effect, at], &format!("{name}: {}", short(*effect, 3)));
+    }
+    let caption = "Largest less least mean of the response over the values of a factor.";
+    (effects.len() > 1).then(|| Figure::new("effects", "Main effects", caption, Some(plot)))
 }
 
 #[cfg(test)]

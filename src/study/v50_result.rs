@@ -8,7 +8,8 @@ pub use super::interval::ThresholdSample;
 use super::interval::{Bounds, student_t};
 use super::limit::{Limit, Passed, QUANTILES, Quantile};
 use super::range_data::VelocityUnit;
-use super::report::{Report, ReportTable, headline, residual_panel, threshold_panel};
+use super::report::{Report, ReportTable, drawn_panels, headline, residual_panel, shot_panel, threshold_panel};
+use super::shots::ShotRow;
 use super::v50::{AS_WOVEN, FoundThreshold, middle};
 use crate::case::{Accuracy, Case, Numerics, case_hash};
 use crate::output::number::short;
@@ -132,6 +133,8 @@ pub struct V50Result {
     pub torn_off: usize,
     /// Whether this is the one threshold of a case in which nothing varies: a ballistic limit, with a numerical error alone.
     pub is_alone: bool,
+    /// Shots of the case that were fired in the search.
+    pub rows: Vec<ShotRow>,
 }
 
 impl V50Result {
@@ -312,7 +315,8 @@ impl V50Result {
         let others = self.other_shots.into_iter().zip(["on the converged mesh", "with yarns as woven"]);
         let others: String =
             others.filter(|(count, _)| *count > 0).map(|(count, of)| format!(", {count} {of}")).collect();
-        let counts = format!("thresholds: {known} of {}, shots: {}{others}", self.thresholds.len(), self.shots);
+        let counts =
+            vec![format!("thresholds: {known} of {}", self.thresholds.len()), format!("shots: {}{others}", self.shots)];
         let mut tables = self.limit.tables(request.level);
         if self.sigma.is_none() {
             tables.remove(0);
@@ -325,13 +329,16 @@ impl V50Result {
         let heads = ["yarns", "strength", "limit m/s", "low", "high", "over measured from", "to"];
         tables.insert(0, ReportTable::new("strength of the yarns", &heads, 1).rows(self.as_woven().map(row), ""));
         let thresholds = self.sample.filter(|_| !self.is_alone).map(|sample| threshold_panel(self, &sample));
+        let words = ["shots", "Shots of the search", "realisation [-]"];
+        let shots = shot_panel(words, &self.rows, |row| Some(f64::from(row.order.shot)));
+        let drawn = drawn_panels(&self.rows);
         Report {
             title: case.title.clone(),
-            counts: vec![counts],
+            counts,
             answer: self.answer(request.level),
             notes: self.notes(case),
             tables,
-            panels: thresholds.into_iter().chain(residual_panel(&self.limit)).collect(),
+            panels: thresholds.into_iter().chain(residual_panel(&self.limit)).chain(shots).chain(drawn).collect(),
         }
     }
 

@@ -9,7 +9,7 @@ use ripstop::case::{self, Case};
 use ripstop::output::{Folder, residual_velocity};
 use ripstop::run::Precision;
 use ripstop::run::outcome::Outcome;
-use ripstop::study::batch::{BatchError, BatchOptions, ShotOrder, order_case};
+use ripstop::study::batch::{BatchError, BatchOptions, ShotOrder, StudyProgress, order_case};
 use ripstop::study::shots::{self, ShotsRequest};
 use ripstop::study::sweep::{self, Factor, SweepOf, SweepRequest, grid};
 use ripstop::study::v50::{self, V50Request, middle};
@@ -38,7 +38,7 @@ fn of_its_accuracy(sets: &[&str]) -> Case {
 }
 
 fn options(threads: usize, resume: bool) -> BatchOptions<'static> {
-    let (precision, device, interrupt, progress) = (Precision::F64, None, &QUIET, &|_, _| {});
+    let (precision, device, interrupt, progress) = (Precision::F64, None, &QUIET, &|_| {});
     BatchOptions { seed: 3, threads, threads_per_shot: 1, precision, device, interrupt, resume, progress }
 }
 
@@ -220,7 +220,7 @@ fn a_sweep_has_a_row_for_every_point_and_goes_on() {
     let request = sweep_request(&["/pack/plies=1,2", "/projectile/velocity_m_s=30..230:100"], &[]);
     let seen = AtomicU32::new(0);
     let sweep = |request: &SweepRequest, path: &Path| {
-        let progress = |done: u32, _: u32| seen.store(done, Ordering::Relaxed);
+        let progress = |at: StudyProgress| seen.store(at.done, Ordering::Relaxed);
         let options = BatchOptions { progress: &progress, ..options(2, false) };
         sweep::run(request, &options, &folder(path), "small ply")
     };

@@ -15,11 +15,10 @@ use super::figures;
 use super::playback;
 use super::plot::{Axis, Figure, SIZE};
 use crate::case::{self, Case};
-use crate::output::breakage::Breakage;
 use crate::output::checks::{self, Check, Level, checks};
 use crate::output::expect::{Judgement, expected, got, judgement, note, quantity};
-use crate::output::number::{fixed, grouped, short};
-use crate::output::summary::{Energies, absorbed_energy, costs, residual_velocity, verdict};
+use crate::output::number::short;
+use crate::output::summary::{Energies, costs, margins, residual_velocity, verdict};
 use crate::output::warnings::assumed_fields;
 use crate::run::Run;
 use crate::run::outcome::Outcome;
@@ -108,17 +107,8 @@ fn numbers(case: &Case, run: &Run) -> Vec<(&'static str, String, String)> {
         all.extend(run.rebound_velocity.map(|v| speed("rebound velocity", v)));
         all.extend(run.carried_velocity.map(|v| speed("carried along at", v)));
     }
-    if run.impact_energy > 0.0 {
-        let absorbed = absorbed_energy(run);
-        let share =
-            format!("{} % of {} J", fixed(100.0 * absorbed / run.impact_energy, 0), short(run.impact_energy, 3));
-        all.push(("energy absorbed", format!("{} J", short(absorbed, 3)), share));
-    }
+    all.extend(margins(case, run));
     all.push(("largest deflection", format!("{} mm", short(run.deflection() * 1e3, 3)), String::new()));
-    let broken = Breakage::of(case, run);
-    let [pieces, at_hit] = [broken.pieces(), broken.at_hit].map(|count| grouped(count as u64));
-    let places = if broken.pieces() > 0 { format!("in {pieces} places, {at_hit} at the hit") } else { String::new() };
-    all.push(("yarns broken", grouped(broken.yarns.iter().sum::<usize>() as u64), places));
     if run.plies > 1 {
         let through = run.history.last().map_or(0, |row| row.perforated_plies);
         all.push(("plies perforated", format!("{through} of {}", run.plies), String::new()));
@@ -191,6 +181,10 @@ fn fields(case: &Case) -> Markup {
         section id="case" {
             h2 { "The case as read" }
             p { @for (n, line) in mesh.lines().enumerate() { @if n > 0 { br; } (line) } }
+            p class="printed" {
+                b { "Assumed, not published: " }
+                @for (n, field) in assumed_fields(case).enumerate() { @if n > 0 { ", " } (field.pointer) " " (field.with_unit()) }
+            }
             details {
                 summary { "All " (case.fields.len()) " fields" }
                 p class="note" { "Fields marked * are assumed. " code { "case.json" } " beside this page computes the same again." }

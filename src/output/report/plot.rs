@@ -134,6 +134,13 @@ impl Plot {
         self.shapes += &(circle + &format!("<title>{words}</title></circle>\n"));
     }
 
+    /// Adds a bar from 0 along x under its words; the upright axis has no numbers then.
+    pub fn bar(&mut self, class: &str, [end, y]: [f64; 2], words: &str) {
+        self.shapes += &line(&self.x, &self.y, &[[0.0, y], [end, y]], &format!("bar {class}"));
+        self.shapes += &text(self.x.at(0.0) + 4.0, self.y.at(y) - 14.0, "", words);
+        self.titles[1].clear();
+    }
+
     /// Adds words to the legend.
     pub fn name(&mut self, class: &str, words: &str) {
         self.legend.push((class.to_owned(), words.to_owned()));
@@ -210,7 +217,7 @@ fn axes(x: &Axis, y: &Axis, [x_title, y_title]: [&str; 2]) -> String {
         out += &format!("<line class=\"grid\" x1=\"{at:.1}\" x2=\"{at:.1}\" y1=\"{top}\" y2=\"{bottom}\"/>\n");
         out += &text(at, bottom + 16.0, "class=\"tick\" text-anchor=\"middle\"", &label(tick));
     }
-    let ticks = y.ticks();
+    let ticks = if y_title.is_empty() { Vec::new() } else { y.ticks() };
     for tick in &ticks {
         let at = y.at(*tick);
         out += &format!("<line class=\"grid\" x1=\"{left}\" x2=\"{right}\" y1=\"{at:.1}\" y2=\"{at:.1}\"/>\n");
