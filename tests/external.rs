@@ -3,7 +3,7 @@
 //!
 //! Promises: every point, cell, array and time of the frames is what the library says, whatever part of the scene was computed; the projectile
 //! moves and turns as the body does. The schema is one, takes every shipped case and refuses what the program refuses. With its script
-//! allowed by its hash alone the page draws its playback and every figure, and what a user wrote stays words.
+//! allowed by its hash alone the page draws its playback and every figure, and what a user wrote stays words. The scripts of `examples/` run.
 //! A test whose program is missing is ignored and says so; with `RIPSTOP_REQUIRE_PYTHON=1`, `RIPSTOP_REQUIRE_BROWSER=1` it fails instead.
 //! `RIPSTOP_SCREENSHOTS=DIR` leaves a picture of the page. Cannot see: keyboard, pointer, printing.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that cannot go on has failed")]
@@ -71,6 +71,10 @@ fn main() -> ExitCode {
             read_back(&[&format!("/projectile={{{shape}, {flight}}}"), "/pack/edges=free", "f32"]);
         }),
     ];
+    let found = Command::new(python()).args(["-c", "import matplotlib, pandas, pyvista"]).output();
+    let has_plots = found.is_ok_and(|output| output.status.success());
+    let missing = if has_plots { None } else { Some("no Python with matplotlib, pandas and pyvista") };
+    tests.push(optional("the_scripts_of_examples_run", missing, "RIPSTOP_REQUIRE_PYTHON", examples));
     let folder = tempfile::tempdir().unwrap();
     let is_there = |name: &&&str| chromium(name, folder.path(), &["--version"]).is_some();
     let missing = if NAMES.iter().find(is_there).is_some() { None } else { Some("no Chromium") };
@@ -251,6 +255,62 @@ fn projectile_of(found: &Arrays, start: &[f64], from: &Pose, to: &Pose) -> Array
             .map(|(n, x)| (n.to_owned(), x)),
     );
     expected
+}
+
+/// Every script of `examples/`, in a folder with two runs of a small shot, and its picture or table.
+fn examples() {
+    let folder = tempfile::tempdir().unwrap();
+    let case = json!({
+        "title": "a small ball", "fabric": {"file": "s-720.json"}, "pack": {"width_mm": 20, "height_mm": 20},
+        "projectile": {"shape": "sphere", "diameter_mm": 5, "mass_g": 0.5, "velocity_m_s": 150},
+        "solver": {"end_time_us": 100}, "variability": {"hit": "unit_cell"},
+    });
+    fs::write(folder.path().join("s-720.json"), include_str!("../cases/fabrics/s-720.json")).unwrap();
+    fs::write(folder.path().join("shot.json"), case.to_string()).unwrap();
+    fs::write(folder.path().join("measured.csv"), "time_us,projectile_velocity_m_s\n10,140\n20,130\n").unwrap();
+    let scripts = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
+    let program = Path::new(env!("CARGO_BIN_EXE_ripstop")).parent().unwrap().to_owned();
+    let others = std::env::var_os("PATH").unwrap_or_default();
+    let path = std::env::join_paths([program].into_iter().chain(std::env::split_paths(&others))).unwrap();
+    let call = |program: &str, arguments: &[&str], task: &str| {
+        let mut command = Command::new(program);
+        command.args(arguments).current_dir(folder.path()).env("PATH", &path).env("SLURM_ARRAY_TASK_ID", task);
+        let output = command.output().unwrap();
+        assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let script = |name: &str| scripts.join(name).to_str().unwrap().to_owned();
+    call("ripstop", &["run", "shot.json", "--backend", "cpu", "--frames", "4", "-o", "a", "-q"], "");
+    call("ripstop", &["run", "shot.json", "--backend", "cpu", "--set", "/pack/plies=2", "-o", "b", "-q"], "");
+    call(&python(), &[&script("picture.py"), "a", "30", "shot.png"], "");
+    call(&python(), &[&script("overlay.py"), "a", "b", "measured.csv", "velocity.png"], "");
+    for picture in ["shot.png", "velocity.png"] {
+        let bytes = fs::read(folder.path().join(picture)).unwrap();
+        assert!(bytes.starts_with(b"\x89PNG") && bytes.len() > 5000, "{picture}: {}", bytes.len());
+    }
+    for task in ["0", "1", "10"] {
+        call("bash", &[&script("shots.sbatch"), "shot.json", "60..300", "out"], task);
+    }
+    call(&python(), &[&script("collect.py"), "out"], "");
+    let table = fs::read_to_string(folder.path().join("out/all.csv")).unwrap();
+    assert!(
+        table.lines().count() == 4 && table.starts_with("velocity_m_s,perforated,residual_velocity_m_s\n"),
+        "{table}"
+    );
+    assert!(call("ripstop", &["fit", "out/all.csv"], "").contains("3 shots"), "{table}");
+    // ParaView is not at hand: that the script is one, and that what it names is there.
+    let state = fs::read_to_string(script("paraview_state.py")).unwrap();
+    call(
+        &python(),
+        &["-c", "import sys; compile(open(sys.argv[1]).read(), sys.argv[1], 'exec')", &script("paraview_state.py")],
+        "",
+    );
+    let frame = fs::read(folder.path().join("a/frames/fabric_0000.vtu")).unwrap();
+    let head = String::from_utf8_lossy(&frame[..4000]).into_owned()
+        + &fs::read_to_string(folder.path().join("a/frames.pvd")).unwrap();
+    for name in ["displacement_mm", "warp_tension_n", "fabric", "projectile"] {
+        assert!(state.contains(&format!("\"{name}\"")) && head.contains(&format!("\"{name}\"")), "{name}");
+    }
 }
 
 const NAMES: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "chrome"];
