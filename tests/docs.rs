@@ -27,7 +27,7 @@ use ripstop::study::v50::AS_WOVEN;
 use ripstop::study::v50_result::OVER_MEASURED;
 
 /// Lines of the README at most.
-const README_LINES: usize = 120;
+const README_LINES: usize = 130;
 /// Generated parts: by the command of their name, and by tests that compute the same anyway and call [`hold`].
 const GENERATED: [&str; 4] = [
     "ripstop schema --markdown",
@@ -53,7 +53,7 @@ fn the_readme_is_short_and_lists_of_pages_have_every_page_once() {
 
 #[test]
 fn links_and_names_of_files_lead_somewhere() {
-    const FOLDERS: [&str; 7] = ["src/", "benches/", "cases/", "tests/", "docs/", "shaders/", ".ci/"];
+    const FOLDERS: [&str; 8] = ["examples/", "src/", "benches/", "cases/", "tests/", "docs/", "shaders/", ".ci/"];
     let mut counts = [0; 2];
     for page in page::all() {
         for (target, line) in page.links() {
