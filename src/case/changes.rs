@@ -26,6 +26,12 @@ pub enum BuiltInFabric {
     S720,
     /// Kevlar 129, 1500 denier, 17 per inch, 231 g/m²: the paper's second.
     S728,
+    /// Kevlar KM2 style 706, 600 denier, 34 per inch, 180 g/m²; crimp is assumed.
+    Km2S706,
+    /// Kevlar 29 style 745, 3000 denier, 17 per inch, 475 g/m²; crimp follows from that.
+    Kevlar29S745,
+    /// Kevlar 49, 17 per inch; linear density and crimp are assumed.
+    Kevlar49,
     /// Twaron CT 612, 550 dtex, 11 per cm, 121 g/m²; mostly assumed.
     TwaronCt612,
     /// Twaron CT 709, 930 dtex, 10.5 per cm, 200 g/m²; moduli and crimp are assumed.
@@ -33,16 +39,27 @@ pub enum BuiltInFabric {
 }
 
 /// Names and texts of these fabrics.
-const BUILT_IN: [(&str, &str); 4] = [
+const BUILT_IN: [(&str, &str); 7] = [
     ("fabrics/s-720.json", include_str!("../../cases/fabrics/s-720.json")),
     ("fabrics/s-728.json", include_str!("../../cases/fabrics/s-728.json")),
+    ("fabrics/km2-s706.json", include_str!("../../cases/fabrics/km2-s706.json")),
+    ("fabrics/kevlar29-s745.json", include_str!("../../cases/fabrics/kevlar29-s745.json")),
+    ("fabrics/kevlar49-17x17.json", include_str!("../../cases/fabrics/kevlar49-17x17.json")),
     ("fabrics/twaron-ct612.json", include_str!("../../cases/fabrics/twaron-ct612.json")),
     ("fabrics/twaron-ct709.json", include_str!("../../cases/fabrics/twaron-ct709.json")),
 ];
 
 impl BuiltInFabric {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::S720, Self::S728, Self::TwaronCt612, Self::TwaronCt709];
+    pub const ALL: [Self; 7] = [
+        Self::S720,
+        Self::S728,
+        Self::Km2S706,
+        Self::Kevlar29S745,
+        Self::Kevlar49,
+        Self::TwaronCt612,
+        Self::TwaronCt709,
+    ];
 
     /// Name of the fabric in a case.
     pub fn file(self) -> &'static str {

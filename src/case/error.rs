@@ -6,7 +6,9 @@ use std::{fmt, io, iter};
 
 use serde_json::Value;
 
-use super::keys::{CASE, Key, accepts, expected, fits, keys, lookup, object, pointers, strings, value_of};
+use super::keys::{
+    CASE, Key, accepts, expected, fits, has_number, keys, lookup, object, others, pointers, strings, value_of,
+};
 
 /// Refusal of a case, or of a file or folder that goes with it.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -284,6 +286,9 @@ fn remedy(node: &'static Value, value: &Value) -> Option<String> {
         nearest(text, strings(&choice["enum"])).map(|near| format!("did you mean {}?", quote(near)))
     } else if is_number && text.parse::<f64>().is_ok_and(f64::is_finite) {
         Some("write the number without quotes".to_owned())
+    } else if is_number && has_number(text) {
+        let others = others(node["unit"].as_str()).join(", ");
+        Some(if others.is_empty() { "write the number alone".to_owned() } else { format!("units here: {others}") })
     } else if node["anyOf"][1].get("pattern").is_some() && !text.is_empty() {
         Some("for example \"1%\"".to_owned())
     } else {

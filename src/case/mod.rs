@@ -33,6 +33,7 @@ pub use error::CaseError;
 pub use fabric::{Compression, Crossover, Fabric, Law, MembraneForce, Shear, ShearModulus, Yarn};
 pub use grading::{Grading, LinesFrom};
 pub(crate) use keys::in_words;
+pub use keys::value_in;
 pub use pack::{Edge, Edges, InitialDeflection, Layer, MeshSize, Pack};
 pub use projectile::{Along, Motion, Projectile, Rotation, Shape};
 pub(crate) use provenance::mesh;

@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 
 use super::changes::{BY, FLAG};
 use super::error::{is_at_or_below, short_number_text, text_of, whole};
+use super::keys::publish as publish_units;
 use super::keys::{CASE, Key, choices, expected, keys, lookup, object, order, split_unit, walk};
 use super::{Case, CaseError, Layer};
 
@@ -294,7 +295,7 @@ pub fn schema() -> Value {
     schema
 }
 
-/// Adds other words that are read as those of a choice.
+/// Adds other words that are read as those of a choice, and units as part of numbers.
 fn publish(node: &mut Value) {
     match node {
         Value::Array(items) => items.iter_mut().for_each(publish),
@@ -305,6 +306,7 @@ fn publish(node: &mut Value) {
                 .and_then(Value::as_array_mut)
                 .into_iter()
                 .for_each(|words| words.extend(aliases.clone()));
+            publish_units(map);
             map.values_mut().for_each(publish);
         }
         _ => {}

@@ -1,7 +1,7 @@
 //! `ripstop new`: a case to start from. Known fabrics and projectiles stand in `presets.json`.
 
 use std::fs;
-use std::io::Write;
+use std::io::{self, BufRead, Write};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -28,6 +28,7 @@ const NOTES: &str = "Lengths in mm, masses in g, times in us; every key ends in 
 #[command(after_help = "Examples:
   ripstop new shot.json --fabric twaron-ct709 --plies 4 --projectile fsp-22 --velocity 350
   ripstop new shot.json --fabric my-fabric.json --projectile sphere:6.35 --velocity 300
+  ripstop new shot.json --from-sheet
 
 --fabric and --projectile without a known name list what there is.")]
 pub(crate) struct NewArguments {
@@ -37,6 +38,9 @@ pub(crate) struct NewArguments {
     /// Fabric: a name, or a file with the keys of a fabric
     #[arg(long, value_name = "NAME|FILE", default_value = "s-720")]
     fabric: String,
+    /// Ask for the numbers of the fabric's data sheet, with their units; answers may come from a file
+    #[arg(long, conflicts_with = "fabric")]
+    from_sheet: bool,
     /// Plies
     #[arg(long, value_name = "N", default_value = "1")]
     plies: Number,
@@ -53,12 +57,13 @@ pub(crate) struct NewArguments {
 
 /// Writes the case and its schema, and says what to do next.
 pub(crate) fn new(arguments: &NewArguments) -> Result<(), CommandFailure> {
-    let NewArguments { file, fabric, plies, projectile, velocity, force } = arguments;
+    let NewArguments { file, fabric, from_sheet, plies, projectile, velocity, force } = arguments;
     if file.exists() && !force {
         let failure = CommandFailure::expected(file.display(), "a file that is not there yet", "one that is");
         return Err(failure.help("--force writes over it"));
     }
-    let (fabric_name, fabric, mut sources) = read_fabric(fabric)?;
+    let given = if *from_sheet { ask_fabric(&mut io::stdin().lock()) } else { read_fabric(fabric) };
+    let (fabric_name, fabric, mut sources) = given?;
     let (what, mut projectile, its_sources) = read_projectile(projectile)?;
     projectile["velocity_m_s"] = json!(velocity);
     projectile["friction"] = json!(0.2);
@@ -155,6 +160,95 @@ fn read_fabric(given: &str) -> Result<Projectile, CommandFailure> {
     let mut sources = Map::from_iter([("/fabric".to_owned(), json!(given))]);
     for (pointer, text) in own.as_ref().and_then(Value::as_object).into_iter().flatten() {
         sources.insert(format!("/fabric{pointer}"), text.clone());
+    }
+    Ok((name, fabric, sources))
+}
+
+/// A number of a data sheet: question, an example of the answer, yarn (empty: the fabric), keys it may be for, and what an empty answer means.
+struct Question(&'static str, &'static str, &'static str, &'static [&'static str], Empty);
+
+/// What an empty answer means.
+#[derive(Clone, Copy)]
+enum Empty {
+    /// It is no answer.
+    Refused,
+    /// The key is left out.
+    LeftOut(&'static str),
+    /// This answer, which is assumed.
+    Assumed(&'static str),
+    /// That of the question before.
+    Again,
+}
+
+/// Questions for a fabric. Counts of a sheet are yarns side by side, those of a case crossovers along a yarn.
+const SHEET: [Question; 11] = [
+    Question("density of the fibre", "1.44 g/cm3", "", &["fibre_density_kg_m3"], Empty::Assumed("1440 kg/m3")),
+    Question("linear density, warp", "600 den, 670 dtex or 67 tex", "warp", &LINEAR_DENSITY, Empty::Refused),
+    Question("linear density, weft", "600 den", "weft", &LINEAR_DENSITY, Empty::Again),
+    Question("modulus", "84 GPa or 12.2 Msi", "warp", &["modulus_gpa"], Empty::Refused),
+    Question("strength or elongation", "3.4 GPa, 24 g/den, 203 cN/tex or 3.6 %", "warp", &STRENGTH, Empty::Refused),
+    Question("warp yarns side by side (ends)", "34 /in or 13.4 /cm", "weft", &COUNT, Empty::Refused),
+    Question("weft yarns side by side (picks)", "34 /in", "warp", &COUNT, Empty::Again),
+    Question("areal density", "180 g/m2 or 5.3 oz/yd2", "", &["areal_density_g_m2"], Empty::LeftOut("of the yarns")),
+    Question("crimp, warp", "1 %", "warp", &["crimp"], Empty::LeftOut("from the areal density")),
+    Question("crimp, weft", "1 %", "weft", &["crimp"], Empty::LeftOut("from the areal density")),
+    Question("thickness", "0.23 mm or 9 mil", "", &["thickness_mm"], Empty::LeftOut("assumed")),
+];
+const LINEAR_DENSITY: [&str; 3] = ["linear_density_denier", "linear_density_dtex", "linear_density_tex"];
+const COUNT: [&str; 2] = ["count_per_inch", "count_per_cm"];
+const STRENGTH: [&str; 5] = ["strength_gpa", "strength_mpa", "tenacity_g_den", "tenacity_cn_tex", "failure_strain"];
+
+/// Asks for a fabric, line by line: its name, its keys, and its sources as pointers of a case.
+fn ask_fabric(answers: &mut impl BufRead) -> Result<Projectile, CommandFailure> {
+    let mut ask = |question: &str, more: &str| {
+        terminal::print(&format!("{question} ({more}): "))?;
+        let mut line = String::new();
+        let refused = |error| CommandFailure::expected(question, "an answer that can be read", error);
+        answers.read_line(&mut line).map_err(refused)?;
+        Ok::<_, CommandFailure>(line.trim().to_owned())
+    };
+    let name = ask("name of the fabric", "Kevlar S-706")?;
+    let name = if name.is_empty() { "fabric".to_owned() } else { name };
+    let sheet = format!("data sheet of {name}");
+    let mut fabric = json!({ "name": name, "warp": {}, "weft": {} });
+    let mut sources = Map::from_iter([("/fabric".to_owned(), json!(sheet))]);
+    let mut last = String::new();
+    for Question(question, example, yarn, keys, empty) in SHEET {
+        let more = match empty {
+            Empty::Refused => example.to_owned(),
+            Empty::LeftOut(how) => format!("{example}; empty: {how}"),
+            Empty::Assumed(value) => format!("{example}; empty: {value}, assumed"),
+            Empty::Again => format!("{example}; empty: {last}"),
+        };
+        let answer = match (ask(question, &more)?, empty) {
+            (answer, _) if !answer.is_empty() => answer,
+            (_, Empty::Assumed(value)) => {
+                sources.insert(format!("/fabric/{}", keys[0]), json!("assumed: not on the sheet"));
+                value.to_owned()
+            }
+            (_, Empty::Again) => last,
+            (_, Empty::LeftOut(_)) => {
+                last = String::new();
+                continue;
+            }
+            (answer, Empty::Refused) => answer,
+        };
+        let values: Vec<(&str, Value)> =
+            keys.iter().filter_map(|key| Some((*key, case::value_in(key, &answer)?))).collect();
+        // The key in the unit of the answer, if there is one.
+        let found = values.iter().find(|(_, value)| value.is_number()).or(values.first());
+        let (key, value) = found.ok_or_else(|| {
+            CommandFailure::expected(question, format!("a number with its unit: {example}"), format!("{answer:?}"))
+        })?;
+        let object = if yarn.is_empty() { &mut fabric } else { &mut fabric[yarn] };
+        object[*key] = value.clone();
+        last = answer;
+    }
+    // A sheet has one fibre.
+    for key in ["modulus_gpa"].into_iter().chain(STRENGTH) {
+        if let Some(value) = fabric["warp"].get(key).cloned() {
+            fabric["weft"][key] = value;
+        }
     }
     Ok((name, fabric, sources))
 }

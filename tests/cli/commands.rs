@@ -1,5 +1,8 @@
 //! `new`, `check`, `info`, `schema`, `crossover`, `bench`, `verify` and `completions`.
 
+use std::io::Write;
+
+use ripstop::case::Yarn;
 use ripstop::output::checks::case_warnings;
 
 use super::*;
@@ -48,6 +51,38 @@ fn a_fabric_from_a_file_comes_with_its_sources() {
     assert_eq!(case.title, "Mine, 1 ply, RCC at 200 m/s");
     let crimp = case.fields.iter().find(|field| field.pointer == "/fabric/warp/crimp").unwrap();
     assert!(crimp.assumed && crimp.source.contains("Table I"), "{crimp:?}");
+}
+
+#[test]
+fn a_sheet_is_asked_for_number_by_number_each_with_its_unit() {
+    let bench = Bench::new(&small());
+    let ask = |answers: &str| {
+        let mut program = bench.command(&["new", "x.json", "--force", "--from-sheet"]);
+        let mut child = program.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        child.stdin.take().unwrap().write_all(answers.as_bytes()).unwrap();
+        child.wait_with_output().unwrap()
+    };
+    // Name, fibre, linear densities, modulus, strength, ends, picks, areal density, crimps, thickness.
+    let output = ask("Mine\n\n600 den\n670 dtex\n12.2 Msi\n24 g/den\n34 /in\n13 /cm\n\n1 %\n0.5 %\n9 mil\n");
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let case = case::read(&bench.path("x.json"), &[]).unwrap();
+    let Yarn { linear_density, modulus, failure_strain, count, crimp, .. } = case.fabric.warp.clone();
+    let psi = 4.448_221_615_260_5 / 0.0254_f64.powi(2);
+    let strain = 24.0 * 9.80665e-3 * 9e6 * 1440.0 / (12.2e6 * psi);
+    // Picks stand beside one another along the warp.
+    let expected = [600.0 / 9e6, 12.2e6 * psi, strain, 1300.0, 0.01];
+    for (got, expected) in [linear_density, modulus, failure_strain, count, crimp].into_iter().zip(expected) {
+        assert!((got / expected - 1.0).abs() < 1e-12, "{got} for {expected}");
+    }
+    let weft = &case.fabric.weft;
+    assert!((weft.count * 0.0254 / 34.0 - 1.0).abs() < 1e-12 && weft.failure_strain == failure_strain, "{weft:?}");
+    let source = |pointer: &str| case.fields.iter().find(|field| field.pointer == pointer).unwrap().clone();
+    assert!(source("/fabric/fibre_density_kg_m3").assumed && !source("/fabric/warp/modulus_gpa").assumed);
+    assert!(source("/fabric/thickness_mm").source.ends_with("9 mil, 1 mil = 0.0254 mm"));
+    for (answers, place) in [("Mine\n\n600\n", "linear density, warp"), ("Mine\n\n600 den\n\n84 lb\n", "modulus")] {
+        let output = ask(answers);
+        assert!(code(&output) == 2 && stderr(&output).contains(&format!("error: {place}\n")), "{}", stderr(&output));
+    }
 }
 
 #[test]

@@ -11,7 +11,6 @@
 //! - `own_source`: that it is assumed where only its object has a source;
 //! - `help`: what to say of a value out of range; `none`: the word that stands for no object.
 
-use std::f64::consts::PI;
 use std::sync::LazyLock;
 
 use schemars::JsonSchema;
@@ -19,65 +18,14 @@ use schemars::generate::SchemaSettings;
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
 
+mod units;
+
+pub(crate) use units::in_words;
+pub use units::value_in;
+pub(super) use units::{has_number, others, publish, split_unit, without_units};
+
 use super::Case;
 use super::error::{index, list, number_text, percent, quote, text_of, whole};
-
-/// Unit of a key: its sign; SI = value · numerator / denominator, so that decimal factors round once.
-pub(super) struct Unit(&'static str, f64, f64);
-
-/// Units by the ends of the names of their keys; of several that fit the first is meant.
-const UNITS: [(&str, Unit); 18] = [
-    ("_deg", Unit("deg", PI, 180.0)),
-    ("_mm", Unit("mm", 1.0, 1e3)),
-    ("_mm_n13", Unit("mm·N^(1/3)", 1.0, 1e3)),
-    ("_us", Unit("µs", 1.0, 1e6)),
-    ("_m_s", Unit("m/s", 1.0, 1.0)),
-    ("_rad_s", Unit("rad/s", 1.0, 1.0)),
-    ("_g", Unit("g", 1.0, 1e3)),
-    ("_g_mm2", Unit("g·mm²", 1.0, 1e9)),
-    ("_kg_m3", Unit("kg/m³", 1.0, 1.0)),
-    ("_g_m2", Unit("g/m²", 1.0, 1e3)),
-    ("_denier", Unit("denier", 1.0, 9e6)),
-    ("_tex", Unit("tex", 1.0, 1e6)),
-    ("_dtex", Unit("dtex", 1.0, 1e7)),
-    ("_per_inch", Unit("1/inch", 1e4, 254.0)),
-    ("_per_cm", Unit("1/cm", 100.0, 1.0)),
-    ("_gpa", Unit("GPa", 1e9, 1.0)),
-    ("_mpa", Unit("MPa", 1e6, 1.0)),
-    ("_n_per_m", Unit("N/m", 1.0, 1.0)),
-];
-
-/// A key's name without its unit, and the unit.
-pub(super) fn split_unit(key: &str) -> (&str, Option<&'static Unit>) {
-    let found = UNITS.iter().find_map(|(end, unit)| Some((key.strip_suffix(end)?, Some(unit))));
-    found.unwrap_or((key, None))
-}
-
-/// A key or a column in words, with its unit in brackets.
-pub(crate) fn in_words(name: &str) -> String {
-    let (name, unit) = match (split_unit(name), name.strip_suffix("_j")) {
-        (_, Some(name)) => (name, "J"),
-        ((name, unit), _) => (name, unit.map_or("-", |unit| unit.0)),
-    };
-    format!("{} [{unit}]", name.replace('_', " "))
-}
-
-impl Unit {
-    pub(super) fn to_si(&self, value: f64) -> f64 {
-        value * self.1 / self.2
-    }
-
-    pub(super) fn of_si(&self, si: f64) -> f64 {
-        si * self.2 / self.1
-    }
-
-    /// Turns a number of a document into SI units.
-    pub(super) fn convert(&self, value: &mut Value) {
-        if let Some(number) = value.as_f64() {
-            *value = json!(self.to_si(number));
-        }
-    }
-}
 
 /// A word, or the object that stands in its place.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]

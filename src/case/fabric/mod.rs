@@ -1,6 +1,8 @@
 //! One woven fabric: its keys, and the files that keep them. `/fabric` is that of every ply, `/pack/layup/N/fabric` that of plies that
 //! have their own; in the place of each may stand `{"file": …}`.
 
+mod sheet;
+
 use std::iter::once;
 use std::path::{Component, Path};
 
@@ -13,6 +15,8 @@ use super::keys::{WordOr, choices};
 use super::pack::{LAYUP, MAX_PLIES};
 use super::provenance::Provenance;
 use super::{CaseError, builtin_fabric, changes, read};
+
+pub(super) use sheet::derive;
 
 /// Pointer of the fabric of every ply that has none of its own.
 const COMMON: &str = "/fabric";
@@ -112,22 +116,36 @@ struct YarnKeys {
     #[schemars(range(min = 1e-6, max = 1e4), extend("only" = {"absent": "false"}))]
     modulus_gpa: f64,
     /// Axial strain at which the yarn breaks; 1: never.
-    #[schemars(range(max = 1), extend("exclusiveMinimum" = 0, "only" = {"absent": "false"}))]
-    failure_strain: f64,
+    #[schemars(range(max = 1), extend("exclusiveMinimum" = 0, "group" = "failure strain or strength", "only" = {"absent": "false"}))]
+    failure_strain: Option<f64>,
+    /// Strength over linear density, in its place.
+    #[schemars(range(min = 1e-3, max = 1e3), extend("group" = "failure strain or strength", "only" = {"absent": "false"}))]
+    tenacity_g_den: Option<f64>,
+    /// Strength over linear density, in its place.
+    #[schemars(range(min = 1e-2, max = 1e4), extend("group" = "failure strain or strength", "only" = {"absent": "false"}))]
+    tenacity_cn_tex: Option<f64>,
+    /// Strength of the fibre, in its place.
+    #[schemars(range(min = 1e-2, max = 1e6), extend("group" = "failure strain or strength", "only" = {"absent": "false"}))]
+    strength_mpa: Option<f64>,
+    /// Strength of the fibre, in its place.
+    #[schemars(range(min = 1e-5, max = 1e3), extend("group" = "failure strain or strength", "only" = {"absent": "false"}))]
+    strength_gpa: Option<f64>,
     /// Part of failure_strain, and so of strength, that a woven yarn keeps; assumed unless `sources` has this very key.
     ///
     /// Default: virgin yarn, as published.
     #[schemars(range(max = 1), extend("exclusiveMinimum" = 0, "default" = 1, "only" = {"absent": "false"}, "own_source" = true))]
     strength_retention: f64,
-    /// Crossovers along this yarn per inch.
+    /// Crossovers along this yarn per inch: along the warp, the picks of a data sheet.
     #[schemars(range(min = 0.1, max = 1000), extend("group" = "count"))]
     count_per_inch: Option<f64>,
-    /// Crossovers along this yarn per cm.
+    /// Crossovers along this yarn per cm: along the warp, the picks of a data sheet.
     #[schemars(range(min = 0.04, max = 400), extend("group" = "count"))]
     count_per_cm: Option<f64>,
     /// Yarn length over fabric length, minus one.
+    ///
+    /// Otherwise: areal density over that of straight yarns, minus one; the same in both where both are left out.
     #[schemars(range(min = 0, max = 0.5), extend("only" = {"absent": "false"}))]
-    crimp: f64,
+    crimp: Option<f64>,
 }
 
 /// The warp–weft interaction law.
