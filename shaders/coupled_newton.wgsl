@@ -69,7 +69,9 @@ fn coupled_newton(stretch: vec2<f32>, start: vec2<f32>) -> Found {
         let strays = !(pivot.growth * square.x <= 0.5 * EPSILON * x && other.growth * square.y <= 0.5 * EPSILON * y);
         let bends_q = !(4.0 * b * squared(next_q - q) <= 8.0 * EPSILON * scene.height_sum * q);
         let balanced = abs(far_pivot.force - far_other.force) <= limit;
-        let taut = 0.0 < min(min(pivot.strain, other.strain), min(far_pivot.strain, far_other.strain));
+        let taut = 0.0 < min(min(pivot.strain, other.strain), min(far_pivot.strain, far_other.strain))
+            && curve_slope(PIVOT, pivot.strain) == curve_slope(PIVOT, far_pivot.strain)
+            && curve_slope(1u - PIVOT, other.strain) == curve_slope(1u - PIVOT, far_other.strain);
         x = next_x;
         y = next_y;
         q = next_q;
@@ -89,8 +91,9 @@ fn coupled_newton(stretch: vec2<f32>, start: vec2<f32>) -> Found {
         let give = b * q * (q * q * q) * (1.0 / 3.0);
         let slope = max(vec2<f32>(pivot.stiffness, other.stiffness), vec2<f32>(scene.min_stiffness));
         let length = 1.0 + vec2<f32>(stretch[PIVOT], stretch[1u - PIVOT]);
+        let secant = vec2<f32>(secant_strain(PIVOT, pivot.strain), secant_strain(1u - PIVOT, other.strain));
         let both = predictor_of(
-            vec2<f32>(pivot.strain, other.strain), vec2<f32>(pivot.force, other.force), slope, give, vec2<f32>(x, y), length);
+            vec2<f32>(pivot.strain, other.strain), secant, vec2<f32>(pivot.force, other.force), slope, give, vec2<f32>(x, y), length);
         predictor = Predictor(in_order(both.dh_dstretch), in_order(both.force_share));
     }
     return Found(x, CellPoint(pivot, other, y, pivot.force - other.force, 1.0), iterations, bound, met, predictor);
@@ -107,13 +110,13 @@ struct Predictor {
     force_share: vec2<f32>,
 }
 
-/// Predictor of a cell in equilibrium: strains and contact forces of its yarns, their slopes S [N/m], the compliance c of the crossover [m/N],
+/// Predictor of a cell in equilibrium: strains of its yarns, tensions over the slopes of these, contact forces, their slopes S [N/m], the compliance c of the crossover [m/N],
 /// heights [m] and stretches Λ.
-fn predictor_of(strain: vec2<f32>, force: vec2<f32>, slope: vec2<f32>, give: f32, height: vec2<f32>, length: vec2<f32>) -> Predictor {
-    let below = max(strain, vec2<f32>(LEAST_STRAIN)) * slope * length;
+fn predictor_of(strain: vec2<f32>, secant: vec2<f32>, force: vec2<f32>, slope: vec2<f32>, give: f32, height: vec2<f32>, length: vec2<f32>) -> Predictor {
+    let below = max(secant, vec2<f32>(LEAST_STRAIN)) * slope * length;
     let per_both = 1.0 / (below.x * below.y);
     let per_sum = 1.0 / (give * (slope.x * slope.y) + (slope.x + slope.y));
-    let above = force * (1.0 + strain) - height * slope * strain;
+    let above = force * (1.0 + strain) - height * slope * secant;
     let fall = above * (below.yx * per_both);
     // No number that is not finite passes either.
     let followed = (vec2<f32>(LEAST_STRAIN) < strain) & (abs(fall) < vec2<f32>(1.0));

@@ -186,18 +186,6 @@ fn solve(stretch: vec2<f32>, warm: vec2<f32>, both: bool) -> Equilibrium {
 /// Places along each axis of the law's energy.
 const LAW_COUNT: u32 = 40u;
 
-/// Share of a cell's energy that the unit-cell law creates, over both stretches.
-struct LawEnergy {
-    /// Λ − 1 of the first place, warp and weft.
-    low: vec2<f32>,
-    /// Places per stretch.
-    per_stretch: vec2<f32>,
-    /// Shape (40 warp, 40 weft).
-    values: array<vec4<f32>, 400>,
-}
-
-@group(0) @binding(4) var<uniform> law: LawEnergy;
-
 fn law_value(i: u32, j: u32) -> f32 {
     let at = i * LAW_COUNT + j;
     return law.values[at / 4u][at % 4u];

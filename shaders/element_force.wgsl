@@ -12,8 +12,8 @@ struct Event {
 
 /// Energy of one element [J]: yarns, crossover compression, shear.
 fn stored_energy(size: ElementGeometry, tension: vec2<f32>, strain: vec2<f32>, force: f32, shear: f32) -> f32 {
-    let warp = tension.x * strain.x * scene.warp_half_span * (1.0 + scene.warp_crimp);
-    let weft = tension.y * strain.y * scene.weft_half_span * (1.0 + scene.weft_crimp);
+    let warp = twice_energy(0u, scene.warp_stiffness, tension.x, strain.x) * scene.warp_half_span * (1.0 + scene.warp_crimp);
+    let weft = twice_energy(1u, scene.weft_stiffness, tension.y, strain.y) * scene.weft_half_span * (1.0 + scene.weft_crimp);
     return size.cells * (warp + weft + compression_energy(force)) + size.area * shear;
 }
 

@@ -18,6 +18,8 @@ override PIVOT: u32 = 0u;
 override TERMS: u32 = 12u;
 /// Whether yarns flatten where they cross.
 override COMPRESSION: bool = true;
+/// Ramps of the curves of yarns that are not linear; 0: all are linear.
+override CURVE: u32 = 0u;
 /// Whether the fabric resists trellis shear.
 override SHEAR: bool = true;
 /// Whether yarns have shock viscosity.

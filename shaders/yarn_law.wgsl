@@ -14,19 +14,28 @@ struct Yarn {
     failure_strain: f32,
     /// dF/dε of the continuation to slack yarns [N].
     slack: f32,
+    /// 0 warp, 1 weft.
+    which: u32,
 }
 
 fn yarn(i: u32) -> Yarn {
     if (i == 0u) {
         return Yarn(
-            scene.warp_stiffness, scene.warp_half_span, scene.warp_crimp, scene.warp_failure_strain, scene.warp_slack);
+            scene.warp_stiffness, scene.warp_half_span, scene.warp_crimp, scene.warp_failure_strain, scene.warp_slack,
+            0u);
     }
     return Yarn(
-        scene.weft_stiffness, scene.weft_half_span, scene.weft_crimp, scene.weft_failure_strain, scene.weft_slack);
+        scene.weft_stiffness, scene.weft_half_span, scene.weft_crimp, scene.weft_failure_strain, scene.weft_slack, 1u);
 }
 
 /// Tension at a strain [N] (17): a yarn carries no compression.
-fn tension_at(y: Yarn, strain: f32) -> f32 { return y.stiffness * max(strain, 0.0); }
+fn tension_at(y: Yarn, strain: f32) -> f32 { return y.stiffness * curve_tension(y.which, max(strain, 0.0)); }
+
+/// dT/dε of a taut yarn [N].
+fn modulus_at(y: Yarn, strain: f32) -> f32 {
+    if (CURVE == 0u) { return y.stiffness; }
+    return y.stiffness * curve_slope(y.which, strain);
+}
 
 struct YarnResponse {
     strain: f32,
@@ -76,14 +85,14 @@ fn yarn_response(y: Yarn, stretch: f32, h: f32) -> YarnResponse {
     var stiffness: f32;
     if (VARIATIONAL) {
         force = PI * s.arc.slope * s.tension;
-        let growth = y.stiffness * s.dstrain;
+        let growth = modulus_at(y, s.strain) * s.dstrain;
         stiffness = PI * (s.arc.curvature * s.dk * s.tension + s.arc.slope * growth);
     } else {
         let cosine = s.arc.cosine;
         let twice = 2.0 * cosine;
         let sine = twice * s.k;
         force = s.tension * sine;
-        stiffness = y.stiffness * s.dstrain * sine + s.tension * (twice * squared(cosine) * s.dk);
+        stiffness = modulus_at(y, s.strain) * s.dstrain * sine + s.tension * (twice * squared(cosine) * s.dk);
     }
     let taut = 0.0 < s.strain;
     return YarnResponse(

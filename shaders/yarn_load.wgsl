@@ -11,14 +11,15 @@
 /// Strains of this step.
 fn strain_slot() -> u32 { return slot_now(); }
 
-/// Mean strain of the elements side by side in a yarn with one: what is broken carries nothing.
+/// Mean tension over stiffness of the elements side by side in a yarn with one: what is broken carries nothing.
 fn yarn_strain(ply: u32, place: vec2<u32>, which: u32) -> f32 {
     let across = side_by_side(ply, place, which);
     var sum = 0.0;
     var total = 0.0;
     for (var at = across.x; at < across.y; at++) {
         let breadth = width_along(ply, 1u - which, at);
-        sum += breadth * max(strain_of(element_at(ply, place_across(place, which, at)), which), 0.0);
+        let strain = max(strain_of(element_at(ply, place_across(place, which, at)), which), 0.0);
+        sum += breadth * curve_tension(which, strain);
         total += breadth;
     }
     return sum / total;

@@ -122,7 +122,7 @@ fn bindings_are_those_the_host_makes() {
             .zip(0..)
             .map(|((name, access), at)| ((1, at), (name.variable().to_owned(), Some(*access))));
         let names: &[&str] = match kernel.name {
-            "sweep" => &["scene", "step", "plies", "grid_lines", "law"],
+            "sweep" | "yarn_load" => &["scene", "step", "plies", "grid_lines", "law"],
             _ => &["scene", "step", "plies", "grid_lines"],
         };
         let common = names.iter().zip(0..).chain([(&"shots", 5)]);

@@ -260,3 +260,88 @@ fn a_crossover_soft_at_first_touch_keeps_forces_to_roundings_in_single_precision
     // In strains. Half a unit in the last place each of the crimp, the arc's length and their difference, and of the heights.
     worst.assert_at_most(3.0 * f64::from(f32::EPSILON));
 }
+
+/// Yarn with a curve of these points of strain and of stress over that of the linear yarn at the last one.
+fn curved(points: &[[f64; 2]], (stiffness, half_span, crimp): YarnNumbers) -> ripstop::case::Yarn {
+    let top = stiffness * points.last().unwrap()[0];
+    let curve: Vec<[f64; 2]> = points.iter().map(|[strain, part]| [*strain, part * top]).collect();
+    let slopes = curve.windows(2).map(|ends| (ends[1][1] - ends[0][1]) / (ends[1][0] - ends[0][0]));
+    let modulus = slopes.fold(0.0, f64::max);
+    ripstop::case::Yarn { modulus, curve, ..yarn(stiffness, half_span, crimp) }
+}
+
+/// Curves that soften, stiffen and do both.
+const CURVES: [&[[f64; 2]]; 3] = [
+    &[[0.0, 0.0], [0.006, 0.3], [0.015, 0.55], [0.035, 0.8]],
+    &[[0.0, 0.0], [0.004, 0.02], [0.012, 0.15], [0.035, 1.0]],
+    &[[0.0, 0.0], [0.003, 0.2], [0.007, 0.22], [0.011, 0.6], [0.024, 0.7], [0.035, 1.1]],
+];
+
+/// Tensions and contact force by bisection of the warp's height, strains from the elliptic integrals and stresses between points.
+fn by_bisection(cell: &Cell<f64>, curves: [&[[f64; 2]]; 2], stretch: [f64; 2]) -> ([f64; 2], f64) {
+    let exact = &cell.exact;
+    let respond = |i: usize, height: f64| {
+        let y = &exact.yarn[i];
+        let at = oracle::yarn(cell.law, y.half_span, y.crimp, stretch[i], height);
+        let ends =
+            curves[i].windows(2).find(|ends| at.strain <= ends[1][0]).unwrap_or(&curves[i][curves[i].len() - 2..]);
+        let slope = (ends[1][1] - ends[0][1]) / (ends[1][0] - ends[0][0]);
+        let tension = if at.strain > 0.0 { ends[0][1] + slope * (at.strain - ends[0][0]) } else { 0.0 };
+        (tension, tension * at.press)
+    };
+    let [a, b, _] = exact.compression;
+    let other = |height: f64| exact.height_sum - oracle::compression(a, b, respond(0, height).1) - height;
+    let (mut low, mut high) = (0.0, exact.height_sum);
+    for _ in 0..200 {
+        let middle = 0.5 * (low + high);
+        if respond(0, middle).1 > respond(1, other(middle).max(0.0)).1 { high = middle } else { low = middle }
+    }
+    let height = 0.5 * (low + high);
+    let [warp, weft] = [respond(0, height), respond(1, other(height).max(0.0))];
+    ([warp.0, weft.0], warp.1)
+}
+
+#[test]
+fn yarns_with_curves_are_in_equilibrium_as_an_independent_solve_finds_it() {
+    let mut random = Random(7);
+    for (law, compression) in kinds() {
+        let mut worst = Worst::default();
+        for curves in [[0, 0], [0, 1], [1, 2], [2, 2]] {
+            let yarns = [0, 1].map(|i: usize| curved(CURVES[curves[i]], S720[i]));
+            let points = [0, 1].map(|i: usize| yarns[i].curve.clone());
+            let cell = Cell::<f64>::new(&fabric(yarns, law, 0.0, compression));
+            for _ in 0..400 {
+                let stretch = [0, 1].map(|_| random.between(0.985, 1.055));
+                let got = cell.solve_from_rest(stretch);
+                let (tension, force) = by_bisection(&cell, [&points[0], &points[1]], stretch);
+                let breaking = S720_STIFFNESS * FAILURE_STRAIN;
+                assert!(got.converged, "{law:?} {stretch:?}");
+                for error in [got.tension[0] - tension[0], got.tension[1] - tension[1], got.force - force] {
+                    worst.see(error / breaking, || format!("{law:?} {compression:?} {curves:?} {stretch:?}"));
+                }
+            }
+        }
+        worst.assert_at_most(1e-9);
+    }
+}
+
+/// Points of a straight line whose slope has no rounding.
+#[test]
+fn a_straight_curve_is_the_modulus_bit_for_bit() {
+    let straight = &[[0.0, 0.0], [0.125, 0.25], [0.25, 0.5], [0.5, 1.0]];
+    let mut random = Random(8);
+    for (law, compression) in kinds() {
+        let cell = |yarns| Cell::<f64>::new(&fabric(yarns, law, 0.0, compression));
+        let [bent, linear] = [cell(S720.map(|y| curved(straight, y))), cell(S720.map(|(ea, w, c)| yarn(ea, w, c)))];
+        assert_eq!(bent.exact.yarn[0].curve.count, 3);
+        for _ in 0..200 {
+            let stretch = [0, 1].map(|_| random.between(0.985, 1.055));
+            let [bent, linear] = [bent.solve_from_rest(stretch), linear.solve_from_rest(stretch)];
+            assert_eq!(
+                (bent.tension, bent.force, bent.height),
+                (linear.tension, linear.force, linear.height),
+                "{stretch:?}"
+            );
+        }
+    }
+}

@@ -98,7 +98,7 @@ pub const KERNELS: [Kernel; 8] = kernels! {
     // Forces of the elements, and motion of the nodes.
     Sweep "sweep" Tiles
         ["element_force", "node_update", "kinematics", "membrane", "failure", "crossover", "coupled_newton",
-         "yarn_law", "arc_length", "shear", "cells", "sums", "supports", "projectile_shape", "rigid_body",
+         "yarn_law", "yarn_curve", "arc_length", "shear", "cells", "sums", "supports", "projectile_shape", "rigid_body",
          "active_region"]
         {Nodes Write, Cells Write, Tiles Write, Status Write, Events Write, Supports Write, Body Read,
          Candidates Write};
@@ -124,7 +124,7 @@ pub const KERNELS: [Kernel; 8] = kernels! {
         ["edge_contact", "projectile_motion", "rigid_body", "active_region"]
         {Nodes Write, Status Write, Body Write, Points Write, Touches Write, Members Write, Matrix Write};
     // Tensions and loads of yarns.
-    EnergyBalance "yarn_load" Elements ["failure", "cells", "sums"] {Nodes Read, Cells Read, Tiles Write};
+    EnergyBalance "yarn_load" Elements ["failure", "yarn_curve", "cells", "sums"] {Nodes Read, Cells Read, Tiles Write};
     // Sums of energy, momentum and counts.
     EnergyBalance "energy_balance" Balance
         ["cells", "sums", "projectile_shape", "rigid_body"]
@@ -157,7 +157,7 @@ const WITHIN: f64 = 1e-3;
 const SHARE_UNIT: u32 = 1 << 20;
 
 /// Values of the pipeline-overridable constants, by name.
-pub fn constants(features: &Features, sizes: &Sizes) -> [(&'static str, f64); 18] {
+pub fn constants(features: &Features, sizes: &Sizes) -> [(&'static str, f64); 19] {
     let flag = |yes: bool| f64::from(u8::from(yes));
     [
         ("ROUNDOFF_TOLERANCE", NOISE),
@@ -167,6 +167,7 @@ pub fn constants(features: &Features, sizes: &Sizes) -> [(&'static str, f64); 18
         ("PIVOT", features.pivot as f64),
         ("TERMS", features.series as f64),
         ("COMPRESSION", flag(features.compression)),
+        ("CURVE", features.curve as f64),
         ("SHEAR", flag(features.shear)),
         ("VISCOUS", flag(features.viscous)),
         ("STRENGTH", flag(features.strength)),

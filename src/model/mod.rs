@@ -205,6 +205,8 @@ pub struct Features {
     pub series: usize,
     /// Yarns flatten where they cross.
     pub compression: bool,
+    /// Ramps of the curves of yarns that are not linear.
+    pub curve: usize,
     /// Trellis shear.
     pub shear: bool,
     /// Yarns have shock viscosity.
@@ -235,6 +237,7 @@ impl Features {
             pivot: first.cell.pivot,
             series: first.cell.yarn.iter().map(|yarn| yarn.terms).max().unwrap_or(MAX_TERMS),
             compression: any(&|t| t.cell.compression[0] > 0.0),
+            curve: ply_types.iter().flat_map(|t| t.cell.yarn.map(|yarn| yarn.curve.count)).max().unwrap_or(0),
             shear: any(&|t| t.has_shear),
             viscous: any(&|t| t.viscous),
             strength: model.strength.is_some(),

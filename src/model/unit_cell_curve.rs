@@ -121,7 +121,7 @@ impl LawKernel for Kawabata {
         let dstrain = per_length * sine / yarn.half_span;
         let cosine = (one + span.stretch) * per_leg;
         let turning = tension * cosine.squared() * per_leg / yarn.half_span;
-        let stiffness = two * (yarn.stiffness * dstrain * sine + turning);
+        let stiffness = two * (yarn.modulus(strain) * dstrain * sine + turning);
         YarnResponse {
             strain,
             force: R::select(taut, two * tension * sine, yarn.slack_slope * strain),

@@ -92,7 +92,10 @@ pub(crate) fn iterate<R: Real, L: LawKernel>(
         });
         let bend_q = (n.splat_like(4.0) * b * (next - q).squared()).le(compatibility * q);
         let balanced = (raised[0].force - raised[1].force).abs().le(limit);
-        let stays = each!(i in 2 => taut[i] & zero.lt(raised[i].strain));
+        let stays = each!(i in 2 => {
+            let is_straight = cell.yarn[index[i]].is_straight(yarn[i].strain, raised[i].strain);
+            taut[i] & zero.lt(raised[i].strain) & is_straight
+        });
         let last = pending & bend[0] & bend[1] & bend_q & balanced & stays[0] & stays[1];
         height = each!(i in 2 => R::select(pending, new[i], height[i]));
         q = R::select(pending, next, q);
@@ -110,7 +113,9 @@ pub(crate) fn iterate<R: Real, L: LawKernel>(
     }
     let compliance = b * q * (q * q * q) * n.splat_like(1.0 / 3.0);
     let stiffness = each!(i in 2 => yarn[i].stiffness.max(cell.min_stiffness));
-    let predictor = Predictor::of(&yarn, stiffness, compliance, height, each!(i in 2 => span[index[i]].length()));
+    let secant = each!(i in 2 => cell.yarn[index[i]].secant_strain(yarn[i].strain));
+    let length = each!(i in 2 => span[index[i]].length());
+    let predictor = Predictor::of(&yarn, secant, stiffness, compliance, height, length);
     NewtonResult { height, yarn, predictor, iterations, bound, met: active & !pending }
 }
 
@@ -171,10 +176,11 @@ pub struct Predictor<R> {
 }
 
 impl<R: Real> Predictor<R> {
-    /// Predictor of a cell in equilibrium: its yarns, their slopes S [N/m], the compliance c of the crossover [m/N], heights [m] and stretches Λ.
+    /// Predictor of a cell in equilibrium: its yarns, their tensions over the slopes of these [-], slopes S [N/m], the compliance c of the crossover [m/N], heights [m] and stretches Λ.
     #[inline(always)]
     pub(crate) fn of(
         yarn: &[YarnResponse<R>; 2],
+        secant: [R; 2],
         slope: [R; 2],
         compliance: R,
         height: [R; 2],
@@ -182,13 +188,13 @@ impl<R: Real> Predictor<R> {
     ) -> Self {
         let one = compliance.one();
         let least = compliance.splat_like(LEAST_STRAIN);
-        let below = each!(i in 2 => yarn[i].strain.max(least) * slope[i] * length[i]);
+        let below = each!(i in 2 => secant[i].max(least) * slope[i] * length[i]);
         let per_both = one / (below[0] * below[1]);
         let per_sum = one / compliance.fused(slope[0] * slope[1], slope[0] + slope[1]);
         Self {
             dh_dstretch: each!(i in 2 => {
                 let strain = yarn[i].strain;
-                let above = yarn[i].force.fused(one + strain, -(height[i] * slope[i] * strain));
+                let above = yarn[i].force.fused(one + strain, -(height[i] * slope[i] * secant[i]));
                 let fall = above * (below[1 - i] * per_both);
                 // No number that is not finite passes either.
                 R::select(least.lt(strain) & fall.abs().lt(one), fall, compliance.zero())

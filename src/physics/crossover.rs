@@ -83,7 +83,7 @@ pub fn compression_energy<R: Real>(cell: &UnitCellParameters<R>, force: R) -> R 
 pub(crate) fn cell_energy<R: Real>(cell: &UnitCellParameters<R>, tension: &[R; 2], strain: &[R; 2], force: R) -> R {
     let yarn = each!(i in 2 => {
         let y = &cell.yarn[i];
-        tension[i] * strain[i] * y.half_span * (tension[i].one() + y.crimp)
+        y.twice_energy(tension[i], strain[i]) * y.half_span * (tension[i].one() + y.crimp)
     });
     yarn[0] + yarn[1] + compression_energy(cell, force)
 }

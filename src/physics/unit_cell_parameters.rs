@@ -3,7 +3,7 @@
 use crate::case::Fabric;
 use crate::num::scalar::{Real, Scalar, each, is_double};
 use crate::physics::arc_length::{MAX_TERMS, arc_length, terms_for};
-use crate::physics::yarn_law::{LawKernel, YarnConstants};
+use crate::physics::yarn_law::{Curve, LawKernel, YarnConstants};
 
 /// Stands for the failure strain of a yarn that does not break.
 pub(crate) const NEVER: f64 = 1e30;
@@ -54,6 +54,7 @@ impl UnitCellParameters<f64> {
             per_rest: 1.0 / (1.0 + y.crimp),
             terms: MAX_TERMS,
             law: fabric.crossover.law,
+            curve: Curve::new(&y.curve, y.modulus),
         });
         let both = fabric.warp.present && fabric.weft.present;
         let height_sum = if both { (yarn[0].height + yarn[1].height - fabric.crossover.gap).max(0.0) } else { 0.0 };
@@ -135,6 +136,7 @@ impl<S: Scalar> UnitCellParameters<S> {
                 per_rest: to(y.per_rest),
                 terms: y.terms,
                 law: y.law,
+                curve: y.curve,
             }),
             height_sum: to(self.height_sum),
             compression: self.compression.map(&to),

@@ -9,6 +9,56 @@ use crate::physics::arc_length::arc_length;
 /// Span or leg over its rest length below which a collapsed cell is not followed: slack, but finite.
 pub const SHORTEST: f64 = 1e-9;
 
+/// Ramps of a curve at most.
+pub const RAMPS: usize = 15;
+
+/// Tension over stiffness of a yarn by its strain: a sum of ramps, Σ rise·max(0, ε − start), the first from 0; none: the strain itself.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Curve {
+    /// Ramps.
+    pub count: usize,
+    /// Strains where they begin [-].
+    pub start: [f64; RAMPS],
+    /// Their slopes [-].
+    pub rise: [f64; RAMPS],
+}
+
+impl Curve {
+    /// Curve through points of strain [-] and stress [Pa] that rise from nothing, straight in between and beyond; the steepest slope is `modulus`.
+    pub(crate) fn new(points: &[[f64; 2]], modulus: f64) -> Self {
+        let mut curve = Self { count: points.len().saturating_sub(1).min(RAMPS), ..Self::default() };
+        let mut last = 0.0;
+        for (ramp, ends) in points.windows(2).take(RAMPS).enumerate() {
+            let slope = (ends[1][1] - ends[0][1]) / (ends[1][0] - ends[0][0]) / modulus;
+            (curve.start[ramp], curve.rise[ramp]) = (ends[0][0], slope - last);
+            last = slope;
+        }
+        curve
+    }
+
+    /// Σ rise·f(max(0, ε − start)).
+    #[inline(always)]
+    fn sum<R: Real>(&self, strain: R, f: impl Fn(R) -> R) -> R {
+        let mut sum = strain.zero();
+        for (start, rise) in self.start.iter().zip(&self.rise).take(self.count) {
+            sum = f((strain - strain.splat_like(*start)).max(strain.zero())).fused(strain.splat_like(*rise), sum);
+        }
+        sum
+    }
+
+    /// Tension over stiffness at a strain, at least 0 [-].
+    #[inline(always)]
+    pub(crate) fn tension<R: Real>(&self, strain: R) -> R {
+        if self.count == 0 { strain } else { self.sum(strain, |over| over) }
+    }
+
+    /// Slope of that at a strain above 0 [-].
+    #[inline(always)]
+    fn slope<R: Real>(&self, strain: R) -> R {
+        self.sum(strain, |over| R::select(over.zero().lt(over), over.one(), over.zero()))
+    }
+}
+
 /// Constants of one yarn in the cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct YarnConstants<R> {
@@ -30,6 +80,8 @@ pub struct YarnConstants<R> {
     pub terms: usize,
     /// Its forces, where it is a sine.
     pub law: Law,
+    /// Tension over stiffness.
+    pub curve: Curve,
 }
 
 /// Response of one yarn at a given height.
@@ -56,7 +108,39 @@ impl<R: Real> YarnConstants<R> {
     /// Tension at a strain [N] (17): a yarn carries no compression.
     #[inline(always)]
     pub fn tension(&self, strain: R) -> R {
-        self.stiffness * strain.max(strain.zero())
+        self.stiffness * self.curve.tension(strain.max(strain.zero()))
+    }
+
+    /// dT/dε of a taut yarn [N].
+    #[inline(always)]
+    pub fn modulus(&self, strain: R) -> R {
+        if self.curve.count == 0 { self.stiffness } else { self.stiffness * self.curve.slope(strain) }
+    }
+
+    /// Tension over its slope, of a taut yarn [-]: the strain where they are in proportion.
+    #[inline(always)]
+    pub(crate) fn secant_strain(&self, strain: R) -> R {
+        if self.curve.count == 0 { strain } else { self.curve.tension(strain) / self.curve.slope(strain) }
+    }
+
+    /// Whether two strains lie on one straight piece.
+    #[inline(always)]
+    pub(crate) fn is_straight(&self, from: R, to: R) -> R::Mask {
+        if self.curve.count == 0 {
+            return !from.never();
+        }
+        let [from, to] = [self.curve.slope(from), self.curve.slope(to)];
+        from.le(to) & to.le(from)
+    }
+
+    /// Twice the energy per rest length of a yarn at a tension and its strain [N]; nothing where the tension is none.
+    #[inline(always)]
+    pub(crate) fn twice_energy(&self, tension: R, strain: R) -> R {
+        if self.curve.count == 0 {
+            return tension * strain;
+        }
+        let energy = self.stiffness * self.curve.sum(strain, |over| over * over);
+        R::select(strain.zero().lt(tension), energy, strain.zero())
     }
 }
 
@@ -141,16 +225,17 @@ impl LawKernel for Sinusoidal {
         let taut = h.zero().lt(strain);
         let tension = yarn.tension(strain);
         let growth = span.scale * span.rise * arc.slope;
+        let modulus = yarn.modulus(strain);
         let (force, stiffness) = if yarn.law == Law::Variational {
             let pi = h.splat_like(std::f64::consts::PI);
-            let stiffness = pi * (arc.curvature * span.rise * tension + arc.slope * (yarn.stiffness * growth));
+            let stiffness = pi * (arc.curvature * span.rise * tension + arc.slope * (modulus * growth));
             (pi * arc.slope * tension, stiffness)
         } else {
             let cosine = arc.cosine;
             let twice = h.splat_like(2.0) * cosine;
             let sine = twice * k;
             let turning = tension * (twice * cosine.squared() * span.rise);
-            (tension * sine, (yarn.stiffness * growth).fused(sine, turning))
+            (tension * sine, (modulus * growth).fused(sine, turning))
         };
         YarnResponse {
             strain,

@@ -288,7 +288,7 @@ impl RunRecord {
     /// Results; what computed them is left to the backend.
     pub(crate) fn finish<S: Scalar>(self, model: &Model<S>, loop_seconds: f64) -> Run {
         let present = model.ply_types.iter().flat_map(|s| (0..2).filter(|i| s.present[*i]).map(|i| &s.cell.yarn[i]));
-        let breaking = present.map(|yarn| yarn.stiffness * yarn.failure_strain.min(1.0));
+        let breaking = present.map(|yarn| yarn.tension(yarn.failure_strain.min(1.0)));
         let weakest = breaking.fold(f64::INFINITY, f64::min);
         let history = &self.run.history;
         let internal = history.iter().map(|sample| sample.balance.internal).fold(0.0, f64::max);

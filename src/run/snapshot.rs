@@ -284,7 +284,7 @@ fn read<S: Scalar>(
         _ => 0.0,
     };
     ElementReading {
-        tension: [0, 1].map(|i| of_living(i, cell.tension[i], yarn[i].stiffness * free[i])),
+        tension: [0, 1].map(|i| of_living(i, cell.tension[i], yarn[i].tension(free[i]))),
         strain: [0, 1].map(|i| of_living(i, cell.strain[i], free[i])),
         height: [0, 1].map(|i| of_living(i, cell.height[i], zero)),
         shear_angle: if both { arc_sine(k.sine).to_f64() as f32 } else { 0.0 },

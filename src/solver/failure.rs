@@ -9,7 +9,7 @@ use std::cell::Cell;
 use crate::model::Model;
 use crate::model::failure_criterion::{Window, Windows};
 use crate::num::scalar::Scalar;
-use crate::physics::yarn_law::YarnConstants;
+use crate::physics::yarn_law::{Curve, YarnConstants};
 use crate::solver::element_force::MARKED_FOR_FAILURE;
 use crate::solver::element_totals::{ElementTotals, field};
 use crate::solver::state::State;
@@ -44,7 +44,8 @@ pub fn yarn_loads<S: Scalar>(model: &Model<S>, state: &State<S>, last: Option<&[
         // What is no more than was found already needs no closer look.
         let is_near = |row: usize| {
             let may_be_more = |last: &[ElementTotals]| {
-                yarns.stiffness * last[yarns.first + row].largest_strain[yarns.yarn] > tension.get()
+                yarns.stiffness * yarns.curve.tension(last[yarns.first + row].largest_strain[yarns.yarn])
+                    > tension.get()
                     || yarns.largest_load(row, last) > load.get()
             };
             last.is_none_or(may_be_more)
@@ -93,13 +94,14 @@ struct YarnsOfPly<'a, S: Scalar> {
     nominal: f64,
     /// [N]
     stiffness: f64,
+    curve: Curve,
 }
 
 impl<'a, S: Scalar> YarnsOfPly<'a, S> {
     fn new(model: &'a Model<S>, state: &'a State<S>, ply: usize, yarn: usize) -> Self {
         let (ply_type, first) = (model.ply_type(ply), model.grid.first_element_row(ply));
-        let YarnConstants { failure_strain: nominal, stiffness, .. } = ply_type.cell.yarn[yarn];
-        Self { model, state, ply, first, yarn, windows: &ply_type.windows[yarn], nominal, stiffness }
+        let YarnConstants { failure_strain: nominal, stiffness, curve, .. } = ply_type.cell.yarn[yarn];
+        Self { model, state, ply, first, yarn, windows: &ply_type.windows[yarn], nominal, stiffness, curve }
     }
 
     /// Visits the places along every yarn by its elements side by side, in rows that may matter.
@@ -142,7 +144,7 @@ impl<'a, S: Scalar> YarnsOfPly<'a, S> {
     fn tension(&self, along: usize, across: usize) -> f64 {
         let strain = |beside: usize| {
             let (row, column) = self.place(along, beside);
-            self.strain(row, column).max(0.0)
+            self.curve.tension(self.strain(row, column).max(0.0))
         };
         self.stiffness * self.windows.of_yarn(across, strain)
     }

@@ -34,6 +34,24 @@ fn shipped_fabrics_have_the_published_numbers() {
     }
 }
 
+#[test]
+fn a_straight_curve_is_the_modulus_and_another_keeps_its_points_in_pascal() {
+    let with = |curve: Value| {
+        let mut document = good();
+        remove(&mut document, "/fabric/warp/modulus_gpa");
+        put(&mut document, "/fabric/warp/curve", curve);
+        read(&document).unwrap().fabric.warp
+    };
+    let linear = read(&good()).unwrap().fabric.warp;
+    for curve in [json!([[0, 0], [0.035, 3.36]]), json!([[0, 0], [0.01, 0.96], [0.021, 2.016], [0.035, 3.36]])] {
+        assert_eq!(with(curve), linear);
+    }
+    let bent = with(json!([[0, 0], [0.01, 0.8], [0.04, 4.1]]));
+    assert_eq!((bent.curve.len(), bent.curve[0], bent.curve[2][0]), (3, [0.0; 2], 0.04));
+    close(bent.curve[2][1], 4.1e9, 1e-15);
+    close(bent.modulus, 110e9, 1e-12);
+}
+
 /// Cases, and pointers to fields of theirs or to what is around these: a case as [`document_of`] reads it, then `?` and pointers.
 const FIELDS: &str = include_str!("fields.txt");
 

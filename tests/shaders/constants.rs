@@ -89,7 +89,7 @@ fn expected() -> BTreeMap<&'static str, Vec<f64>> {
         element_force: BROKEN;
         membrane: FOLDED_STRETCH, STEEPEST, ARC_SINE_SINGLE;
         kinematics: TINY;
-        yarn_law: SHORTEST;
+        yarn_law: SHORTEST, RAMPS;
         arc_length: SERIES;
     };
     let others = [

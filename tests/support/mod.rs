@@ -91,6 +91,7 @@ pub(crate) fn yarn(stiffness: f64, half_span: f64, crimp: f64) -> Yarn {
         present: true,
         linear_density: DENSITY,
         modulus: stiffness,
+        curve: Vec::new(),
         failure_strain: FAILURE_STRAIN,
         strength_retention: 1.0,
         count: 0.5 / half_span,

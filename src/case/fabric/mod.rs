@@ -69,8 +69,10 @@ pub struct Yarn {
     pub present: bool,
     /// Mass per length of the straight yarn [kg/m].
     pub linear_density: f64,
-    /// Fibre elastic modulus [Pa].
+    /// Fibre elastic modulus; of a yarn with a curve, its steepest slope [Pa].
     pub modulus: f64,
+    /// Strain [-] and stress [Pa] of points of a curve from nothing to break, both rising; none: stress is modulus times strain.
+    pub curve: Vec<[f64; 2]>,
     /// Axial strain at which the virgin yarn breaks [-].
     pub failure_strain: f64,
     /// Part of that strain, and so of the strength, that is left in the fabric [-].
@@ -86,7 +88,8 @@ impl Default for Yarn {
     fn default() -> Self {
         let [linear_density, modulus, count, crimp] = [0.0; 4];
         let [failure_strain, strength_retention] = [1.0; 2];
-        Self { present: false, linear_density, modulus, failure_strain, strength_retention, count, crimp }
+        let curve = Vec::new();
+        Self { present: false, linear_density, modulus, curve, failure_strain, strength_retention, count, crimp }
     }
 }
 
@@ -113,8 +116,12 @@ struct YarnKeys {
     #[schemars(range(min = 0.01, max = 1e6), extend("group" = "linear density", "only" = {"absent": "false"}))]
     linear_density_dtex: Option<f64>,
     /// Axial modulus of the fibre.
-    #[schemars(range(min = 1e-6, max = 1e4), extend("only" = {"absent": "false"}))]
-    modulus_gpa: f64,
+    #[schemars(range(min = 1e-6, max = 1e4), extend("group" = "modulus or curve", "only" = {"absent": "false"}))]
+    modulus_gpa: Option<f64>,
+    /// Strain and stress [GPa] of points from [0, 0] on, both rising, straight in between: in place of the modulus.
+    #[schemars(length(min = 2, max = 16), inner(inner(range(min = 0, max = 1e4))))]
+    #[schemars(extend("group" = "modulus or curve", "only" = {"absent": "false"}))]
+    curve: Option<Vec<[f64; 2]>>,
     /// Axial strain at which the yarn breaks; 1: never.
     #[schemars(range(max = 1), extend("exclusiveMinimum" = 0, "group" = "failure strain or strength", "only" = {"absent": "false"}))]
     failure_strain: Option<f64>,

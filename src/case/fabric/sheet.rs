@@ -1,4 +1,5 @@
-//! Numbers of a data sheet in the place of those that the model needs: strength for failure strain, areal density for crimp.
+//! Numbers of a data sheet in the place of those that the model needs: a curve of stress over strain for the modulus, strength for failure
+//! strain, areal density for crimp.
 
 use std::iter::once;
 
@@ -15,6 +16,8 @@ const STRENGTHS: [(&str, &str); 4] = [
     ("strength_mpa", "strength_mpa / modulus"),
     ("strength_gpa", "strength_gpa / modulus"),
 ];
+/// Difference from the chord, over the last stress, of a curve that is straight [-].
+const STRAIGHT: f64 = 1e-12;
 /// Largest crimp that follows from an areal density [-]: more is a slip of a unit.
 const MAX_CRIMP: f64 = 0.25;
 
@@ -43,29 +46,89 @@ pub(in crate::case) fn derive(document: &mut Value, record: &Provenance) -> Resu
         let present = ["warp", "weft"].into_iter().filter(|yarn| fabric[*yarn]["absent"] != true).collect::<Vec<_>>();
         let fibre_density = si(fabric, "fibre_density");
         for yarn in &present {
-            failure_strain(&format!("{place}/{yarn}"), &mut fabric[*yarn], fibre_density, record)?;
+            let (place, yarn) = (format!("{place}/{yarn}"), &mut fabric[*yarn]);
+            let curve = curve(&place, yarn, record)?;
+            failure_strain(&place, yarn, &curve, fibre_density, record)?;
         }
         crimp(&place, fabric, &present, record)?;
     }
     Ok(())
 }
 
-/// Failure strain of a yarn at `place`, from its strength.
-fn failure_strain(place: &str, yarn: &mut Value, fibre_density: f64, record: &Provenance) -> Result<(), CaseError> {
+/// Points of the curve of a yarn at `place` [-], [Pa], none of one without; puts the modulus into the yarn, and in place of a straight curve.
+fn curve(place: &str, yarn: &mut Value, record: &Provenance) -> Result<Vec<[f64; 2]>, CaseError> {
+    let points = yarn.get("curve").and_then(|points| serde_json::from_value::<Vec<[f64; 2]>>(points.clone()).ok());
+    let (Some(points), Some(yarn)) = (points, yarn.as_object_mut()) else { return Ok(Vec::new()) };
+    let mut steepest: f64 = 0.0;
+    for (index, point) in points.iter().enumerate() {
+        let before = index.checked_sub(1).map_or([0.0; 2], |before| points[before]);
+        let [strain, stress] = [0, 1].map(|i: usize| point[i] - before[i]);
+        let is_first = index == 0;
+        if if is_first { *point != [0.0; 2] } else { strain <= 0.0 || stress <= 0.0 || point[0] > 1.0 } {
+            let [strain, stress] = before.map(short_number_text);
+            let expected = match is_first {
+                true => "[0, 0], a yarn without load".to_owned(),
+                false => format!("a strain above {strain}, at most 1, and a stress above {stress} GPa"),
+            };
+            let found = format!("[{}, {}]", short_number_text(point[0]), short_number_text(point[1]));
+            let error = CaseError::at(format!("{place}/curve/{index}"), expected, found);
+            return Err(
+                error.help("points of strain [-] and stress [GPa], both rising, from [0, 0] to where the yarn breaks")
+            );
+        }
+        steepest = if is_first { 0.0 } else { steepest.max(stress / strain) };
+    }
+    let [end, top] = points[points.len() - 1];
+    let is_straight = points.iter().all(|[strain, stress]| (stress - strain * top / end).abs() <= STRAIGHT * top);
+    let (modulus, how) = match is_straight {
+        // Without the dust of decimal points.
+        true => (format!("{:.11e}", top / end).parse().unwrap_or(top / end), "slope of the curve, which is straight"),
+        false => (steepest, "steepest slope of the curve; sets the time step"),
+    };
+    record.derive(&format!("{place}/modulus_gpa"), 1e9 * modulus, how, record.is_assumed(&format!("{place}/curve")));
+    yarn.insert("modulus_gpa".to_owned(), json!(modulus));
+    let points: Vec<[f64; 2]> = points.into_iter().map(|[strain, stress]| [strain, 1e9 * stress]).collect();
+    yarn.insert("curve".to_owned(), if is_straight { json!([]) } else { json!(points) });
+    let failure = yarn.get("failure_strain").and_then(Value::as_f64).filter(|strain| end < *strain && *strain < 1.0);
+    if let Some(strain) = failure {
+        let expected = format!("at most the last strain of the curve, {}, or 1: never", short_number_text(end));
+        let error = CaseError::at(format!("{place}/failure_strain"), expected, short_number_text(strain));
+        return Err(error.help("the curve has to reach to where the yarn breaks"));
+    }
+    Ok(points)
+}
+
+/// Failure strain of a yarn at `place`, from its strength, and from its curve where it has one.
+fn failure_strain(
+    place: &str,
+    yarn: &mut Value,
+    curve: &[[f64; 2]],
+    fibre_density: f64,
+    record: &Provenance,
+) -> Result<(), CaseError> {
     let Some((key, how)) = STRENGTHS.into_iter().find(|(key, _)| yarn.get(key).is_some()) else { return Ok(()) };
     let (name, _) = split_unit(key);
     let is_tenacity = name == "tenacity";
     let strength = si(yarn, name) * if is_tenacity { fibre_density } else { 1.0 };
-    let strain = strength / si(yarn, "modulus");
+    let on_curve = |ends: &[[f64; 2]]| {
+        let [[strain, stress], [next, above]] = [ends[0], ends[1]];
+        (strength <= above).then(|| strain + (strength - stress) * (next - strain) / (above - stress))
+    };
+    let (strain, how) = match curve {
+        [] => (strength / si(yarn, "modulus"), how.to_owned()),
+        points => (points.windows(2).find_map(on_curve).unwrap_or(1.0), how.replace("/ modulus", "on the curve")),
+    };
     let at = format!("{place}/{key}");
     if strain >= 1.0 {
-        let expected =
-            format!("a strength below the modulus, {}", record.value(&format!("{place}/modulus_gpa")) + " GPa");
-        let found = format!("{}, a failure strain of {}", record.value(&at), short_number_text(strain));
+        let most = curve.last().map_or(si(yarn, "modulus"), |[_, stress]| *stress);
+        let of = if curve.is_empty() { "below the modulus" } else { "at most the last stress of the curve" };
+        let expected = format!("a strength {of}, {} GPa", short_number_text(1e-9 * most));
+        let is_beyond = if curve.is_empty() { format!(", a failure strain of {}", short_number_text(strain)) } else { String::new() };
+        let found = record.value(&at) + &is_beyond;
         return Err(CaseError::at(at, expected, found).help("look at the units of both"));
     }
     let assumed = [at.clone(), format!("{place}/modulus_gpa")].iter().any(|at| record.is_assumed(at));
-    record.derive(&format!("{place}/failure_strain"), strain, how, assumed);
+    record.derive(&format!("{place}/failure_strain"), strain, &how, assumed);
     if let Some(yarn) = yarn.as_object_mut() {
         yarn.shift_remove(key);
         yarn.insert("failure_strain".to_owned(), json!(strain));

@@ -331,7 +331,10 @@ pub(super) fn expected(node: &'static Value) -> String {
         Some("integer") => format!("a whole number in [{}, {}]", node["minimum"], node["maximum"]),
         Some("array") => {
             let one = expected(&node["items"]);
-            let many = one.replacen("a number", "numbers", 1).replacen("an object", "objects", 1);
+            let many = one
+                .replacen("a number", "numbers", 1)
+                .replacen("an object", "objects", 1)
+                .replacen("a list", "lists", 1);
             match (number("minItems"), number("maxItems")) {
                 (min, max) if min == "0" => format!("a list of at most {max} {many}"),
                 (min, max) if min == max => format!("a list of {max} {many}"),

@@ -208,7 +208,7 @@ fn convert(pointer: &str, node: &'static Value, value: &mut Value, notes: &mut V
         let unit = split_unit(key.name).1.map(|unit| unit.0);
         let is_number = unit.is_some() || key.node["type"] == "number" || key.node["items"]["type"] == "number";
         let mut read = |value: &mut Value| {
-            let text = value.as_str().filter(|_| is_number).map(str::to_owned)?;
+            let text = value.as_str().filter(|_| is_number)?.trim().to_owned();
             let (number, factor) = converted(&text, unit)?;
             *value = json!(number);
             let note = || format!("{text}, 1 {} = {}", split(&text).map_or("", |(_, sign)| sign), rounded(factor));

@@ -7,6 +7,7 @@ use super::{Field, shared};
 use crate::case::{Edge, Edges};
 use crate::gpu::buffers::Sizes;
 use crate::model::Model;
+use crate::model::law_energy;
 use crate::model::layup::{shoulder, unbroken_cells};
 use crate::model::mesh::Mesh;
 use crate::model::ply_type::PlyType;
@@ -15,10 +16,11 @@ use crate::physics::ply_contact;
 use crate::physics::projectile_shape::CORNERS;
 use crate::physics::rigid_body::Cut;
 use crate::physics::rigid_body::RigidBody;
+use crate::physics::yarn_law::{Curve, RAMPS};
 
 /// Bytes between the constants of two ply types.
 pub(crate) const SCENE_STRIDE: u64 = 512;
-/// Bytes between the law tables of two ply types: the table, to the alignment every device grants.
+/// Bytes between the tables of two ply types: energy of the law, then curves of the yarns, to the alignment every device grants.
 pub(crate) const LAW_STRIDE: u64 = 6656;
 /// Bytes between the uniforms of two steps: the alignment every device grants.
 pub(crate) const STEP_STRIDE: u64 = 256;
@@ -224,12 +226,22 @@ pub(super) fn nose(body: &RigidBody) -> f64 {
     profile.corner[..profile.count].iter().map(|c| c[1]).fold(f64::MIN, f64::max) + profile.radius
 }
 
-/// Energy made by the unit-cell law of a ply type: first place and places per stretch of warp and weft, then the table.
+/// Energy made by the unit-cell law of a ply type: first place and places per stretch of warp and weft, then the table; and the ramps of its
+/// yarns: start and rise of the warp, start and rise of the weft.
 pub fn law_energy(ply_type: &PlyType<f32>) -> Vec<f32> {
     let mut numbers = vec![0.0; LAW_STRIDE as usize / 4];
     if let Some(table) = &ply_type.law_energy {
         let head = table.low.iter().chain(&table.per_stretch);
         numbers.iter_mut().zip(head.chain(&table.values)).for_each(|(number, value)| *number = *value as f32);
+    }
+    let ramps = numbers[4 + law_energy::COUNT * law_energy::COUNT..].as_chunks_mut::<4>().0;
+    for (index, ramp) in ramps.iter_mut().enumerate().take(RAMPS) {
+        // A linear yarn beside one that is not has one ramp.
+        let of = |curve: &Curve| {
+            if curve.count == 0 && index == 0 { [0.0, 1.0] } else { [curve.start[index], curve.rise[index]] }
+        };
+        let [warp, weft] = [0, 1].map(|yarn: usize| of(&ply_type.cell.yarn[yarn].curve));
+        *ramp = single([warp[0], warp[1], weft[0], weft[1]]);
     }
     numbers
 }

@@ -151,7 +151,11 @@ fn variants(device: &'static Device) -> Outcome {
     const FRAGMENT: &str = r#"/projectile={"shape":"fragment","diameter_mm":5.5,"length_mm":6.4,"mass_g":1.1,
         "velocity_m_s":300,"offset_mm":[4.4,-2.3],"obliquity_deg":9,"azimuth_deg":35,"roll_deg":30,"friction":0.2}"#;
     const PRETENSION: &str = "/pack/pretension={\"warp_n_per_m\":2000,\"weft_n_per_m\":1000}";
-    let variants: [&[&str]; 13] = [
+    const CURVE: &str = r#"/fabric/warp={"linear_density_denier":1420,"curve":[[0,0],[0.004,0.2],[0.012,1.1],[0.03,2.3],[0.04,3.4]],
+        "failure_strain":0.035,"count_per_inch":20,"crimp":0.0218}"#;
+    let variants: [&[&str]; 15] = [
+        &[CURVE],
+        &[CURVE, "/fabric/crossover/law=variational"],
         &[SPHERE],
         &[OGIVE],
         &[FRAGMENT],
