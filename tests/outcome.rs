@@ -328,6 +328,17 @@ fn a_projectile_past_a_free_edge_has_passed_without_breaking_a_yarn() {
     assert_eq!(run_case(&case).outcome, Outcome::Running);
 }
 
+#[test]
+fn the_verdict_says_that_a_bullet_of_lead_is_computed_as_rigid() {
+    // A cylinder of 1.0002 cm³.
+    for (mass, is_lead) in [(7.85, false), (9.2, false), (9.4, true), (11.9, true), (12.1, false), (17.0, false)] {
+        let mass = format!("/projectile/mass_g={mass}");
+        let case = free_ply(&["/projectile/standoff_mm=8", "/solver/end_time_us=1", &mass]);
+        let detail = output::verdict(&case, &run_case(&case)).detail;
+        assert_eq!(detail.contains("struck at 60 m/s by a bullet of lead computed as rigid"), is_lead, "{detail}");
+    }
+}
+
 /// Looks over the end time, both included.
 const LOOKS: usize = 81;
 

@@ -12,6 +12,8 @@ use crate::num::solid::Solid;
 /// Rounding of a point that says nothing [m]. Under a sharp one a node stands on the tip or slips off it, which is a matter of the last bit:
 /// the limit of a cone is 93 or 76 m/s. From 0.15 to 0.5 mm it is 95 to 99 m/s.
 const TIP_RADIUS: f64 = 0.5e-3;
+/// Mean densities of bullets with a core of lead [kg/m³].
+const LEAD: std::ops::RangeInclusive<f64> = 9300.0..=12_000.0;
 /// Largest such rounding over the diameter [-].
 const TIP_PART: f64 = 0.1;
 /// Source of a rounding of a point that is left out.
@@ -369,6 +371,11 @@ fn at(key: &str) -> String {
 }
 
 impl Projectile {
+    /// Whether the body is as dense as a bullet of lead, which flattens where this one is rigid.
+    pub(crate) fn is_of_lead(&self) -> bool {
+        !self.shape.is_bar() && LEAD.contains(&(self.mass / self.shape.volume()))
+    }
+
     /// Completes and checks the projectile.
     pub(super) fn complete(&mut self, record: &Provenance) -> Result<(), CaseError> {
         self.shape.complete(record)?;

@@ -44,7 +44,7 @@ pub(crate) struct NewArguments {
     /// Plies
     #[arg(long, value_name = "N", default_value = "1")]
     plies: Number,
-    /// Projectile: a name, or sphere:D, ball:D, rcc:D, cylinder:DxL with sizes in mm, of solid steel
+    /// Projectile: a name, or sphere:D, ball:D, rcc:D, cylinder:DxL, ogive:DxL, cone:DxL with sizes in mm, of solid steel
     #[arg(long, value_name = "NAME", default_value = "rcc-paper")]
     projectile: String,
     /// Velocity [m/s]
@@ -92,9 +92,12 @@ pub(crate) fn new(arguments: &NewArguments) -> Result<(), CommandFailure> {
         let refused = |error| CommandFailure::expected(path.display(), "a file that can be written", error);
         output::write_whole(path, |file| file.write_all(text.as_bytes())).map_err(refused)?;
     }
+    let pointed = ["ogive", "cone"].iter().any(|shape| document["projectile"]["shape"] == *shape);
+    let point =
+        if pointed { "the radius of its tip, /projectile/edge_radius_mm, decides the limit: vary it\n" } else { "" };
     terminal::print(&format!(
         "{name}: {title}\n  ripstop check {name}   every value, with its source; assumed ones marked\n  \
-         ripstop run {name}     the shot, until its outcome is known\n",
+         ripstop run {name}     the shot, until its outcome is known\n{point}",
     ))
 }
 
@@ -117,13 +120,14 @@ fn unknown(flag: &str, found: &str, more: &str) -> CommandFailure {
 /// A projectile: its name in the title, keys, and sources by pointer within it.
 type Projectile = (String, Value, Map<String, Value>);
 
-/// A projectile by its name, or by shape and size [mm]: `sphere:6.35`, `rcc:5.5`, `cylinder:5.5x8`.
+/// A projectile by its name, or by shape and size [mm]: `sphere:6.35`, `rcc:5.5`, `cylinder:5.5x8`, `ogive:9x15`.
 fn read_projectile(given: &str) -> Result<Projectile, CommandFailure> {
     if let Some(known) = presets("projectiles").get(given) {
         let sources = known["sources"].as_object().cloned().unwrap_or_default();
         return Ok((known["title"].as_str().unwrap_or(given).to_owned(), known["projectile"].clone(), sources));
     }
-    solid(given).ok_or_else(|| unknown("--projectile", given, "or sphere:D, rcc:D, cylinder:DxL [mm]"))
+    solid(given)
+        .ok_or_else(|| unknown("--projectile", given, "or sphere:D, rcc:D, cylinder:DxL, ogive:DxL, cone:DxL [mm]"))
 }
 
 /// A solid body of steel: its mass follows from its size.
@@ -134,6 +138,7 @@ fn solid(given: &str) -> Option<Projectile> {
         ("sphere" | "ball", [d]) => (format!("{d} mm steel ball"), "sphere", *d, None),
         ("rcc", [d]) => (format!("{d} mm steel RCC"), "cylinder", *d, Some(*d)),
         ("cylinder", [d, length]) => (format!("{d} × {length} mm steel cylinder"), "cylinder", *d, Some(*length)),
+        ("ogive" | "cone", [d, length]) => (format!("{d} × {length} mm steel {shape}"), shape, *d, Some(*length)),
         _ => return None,
     };
     let mut projectile = json!({ "shape": shape, "diameter_mm": diameter });

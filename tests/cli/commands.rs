@@ -21,7 +21,7 @@ fn every_name_gives_a_valid_case_whose_mass_is_that_of_its_steel() {
     let bench = Bench::new(&small());
     let projectiles = known(&bench, "--projectile");
     assert!(projectiles.len() > 8 && projectiles.iter().any(|name| name == "fsp-22"), "{projectiles:?}");
-    let sized = ["sphere:6.35", "ball:5", "rcc:5.5", "cylinder:5.5x8"].map(str::to_owned);
+    let sized = ["sphere:6.35", "ball:5", "rcc:5.5", "cylinder:5.5x8", "ogive:9x15", "cone:9x15"].map(str::to_owned);
     for projectile in projectiles.into_iter().chain(sized) {
         for fabric in known(&bench, "--fabric") {
             let named = ["new", "x.json", "--force", "--fabric", &fabric, "--projectile", &projectile];
@@ -34,8 +34,10 @@ fn every_name_gives_a_valid_case_whose_mass_is_that_of_its_steel() {
             let body = case.projectile.unwrap();
             assert_eq!((case.pack.plies, body.velocity), (2, 321.5));
             let density = body.mass / body.shape.volume();
-            // The paper's cylinder is hollow.
-            assert!(projectile == "rcc-paper" || (density / 7850.0 - 1.0).abs() < 0.01, "{projectile}: {density}");
+            // The paper's cylinder is hollow, bullets are of lead in a jacket.
+            let is_bullet = ["9mm-fmj", "357-magnum", "44-magnum"].contains(&&*projectile);
+            let (metal, within) = if is_bullet { (10_800.0, 0.01) } else { (7850.0, 0.01) };
+            assert!(projectile == "rcc-paper" || (density / metal - 1.0_f64).abs() < within, "{projectile}: {density}");
         }
     }
 }
