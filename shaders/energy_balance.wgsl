@@ -61,7 +61,7 @@ fn runs_on(ply: u32, place: vec2<u32>, yarn: u32) -> bool {
     let pieces = within(ply, select(1u, 0u, warp), along);
     for (var at = pieces.x; at < pieces.y; at++) {
         let cell = select(vec2<u32>(at, place.y), vec2<u32>(place.x, at), warp);
-        if ((yarns_left(element_at(ply, cell)) & yarn) == 0u) { return false; }
+        if ((yarns_left(element_at(ply, cell)) & yarn) == 0u && is_present(ply, cell)) { return false; }
     }
     return true;
 }
@@ -142,7 +142,7 @@ fn energy_balance(id: Invocation) {
         if (!is_node(ply, place)) { continue; }
         add_node(ply, node, place);
     }
-    let rim = 2u * (scene.columns + scene.rows + 2u);
+    let rim = select(2u * (scene.columns + scene.rows + 2u), ply_nodes, FRAME);
     for (var i = 3u * begin; i < 3u * rim; i += select(3u * stride - 2u, 1u, i % 3u < 2u)) {
         part[SUPPORT + i % 3u] += supports[3u * ply_number(ply) * rim + i];
         supports[3u * ply_number(ply) * rim + i] = 0.0;

@@ -51,7 +51,7 @@ fn add_strain(sums: ptr<function, Sums>, element: u32, which: u32, length: f32) 
     if (strain >= 0.0) {
         (*sums).strain += length * strain;
         (*sums).length += length;
-    } else {
+    } else if (is_present(element_ply(element), element_place(element))) {
         (*sums).whole = 0.0;
     }
 }

@@ -1,5 +1,5 @@
 // grid_lines: the lines of nodes of graded meshes, or of elements narrower than a yarn, ply type by ply type: those along X, then those along Y.
-// Twin: src/model/grid_lines.rs
+// Twin: src/model/grid_lines.rs, src/model/fixture.rs
 
 /// Lines in a row of the table.
 const LINES_ACROSS: u32 = 1024u;
@@ -45,8 +45,24 @@ fn cell_area(ply: u32, cell: vec2<u32>) -> f32 {
     return size.x * size.y;
 }
 
-/// The part of the mass of an inner node of the finest elements that a node of a graded mesh has [-].
+/// Numbers of a node in a frame: its share of the mass of an inner node of the finest elements, not above 0 where it is held; and 1 where the
+/// element above and to the right of it is there. Four in a texel, after the lines.
+const SHARES: u32 = 0u;
+const PRESENCE: u32 = 1u;
+
+fn in_frame(ply: u32, field: u32, place: vec2<u32>) -> f32 {
+    let at = (field * (scene.rows + 1u) + place.x) * (scene.columns + 1u) + place.y;
+    let across = LINE_TEXELS * LINES_ACROSS;
+    let texel = vec2<u32>((at / 4u) % across, plies[ply].shares_row + at / 4u / across);
+    return textureLoad(grid_lines, texel, 0)[at % 4u];
+}
+
+/// Whether an element is there: a frame leaves none outside its opening.
+fn is_present(ply: u32, place: vec2<u32>) -> bool { return !FRAME || in_frame(ply, PRESENCE, place) > 0.0; }
+
+/// The part of the mass of an inner node of the finest elements that a node of a graded mesh, or in a frame, has [-].
 fn mass_share(ply: u32, place: vec2<u32>) -> f32 {
+    if (FRAME) { return abs(in_frame(ply, SHARES, place)); }
     return line_at(ply, 0u, place.y).share * line_at(ply, 1u, place.x).share;
 }
 
@@ -54,5 +70,5 @@ fn mass_share(ply: u32, place: vec2<u32>) -> f32 {
 /// single product it is the same in every kernel.
 fn count_shift(ply: u32, place: vec2<u32>) -> u32 {
     if (!GRADED) { return 0u; }
-    return 32u - countLeadingZeros(u32(ceil(mass_share(ply, place))) - 1u);
+    return 32u - countLeadingZeros(max(u32(ceil(mass_share(ply, place))), 1u) - 1u);
 }

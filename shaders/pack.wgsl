@@ -37,9 +37,10 @@ struct Ply {
     span: u32,
     /// Longest side of any element [m].
     longest: f32,
+    /// Row of the table of lines where the shares of the nodes of its type begin.
+    shares_row: u32,
     pad0: u32,
     pad1: u32,
-    pad2: u32,
 }
 
 /// Set beside the element that a node is over where it is inside it, closer than the two plies touch.
@@ -101,6 +102,7 @@ fn held(ply: u32, place: vec2<u32>) -> u32 {
     bits |= select(0u, sides >> 3u, place.y == plies[ply].columns);
     bits |= select(0u, sides >> 6u, place.x == 0u);
     bits |= select(0u, sides >> 9u, place.x == plies[ply].rows);
+    if (FRAME) { bits |= select(0u, 7u, in_frame(ply, SHARES, place) <= 0.0); }
     return bits & 7u;
 }
 
@@ -112,7 +114,7 @@ fn edges(ply: u32, place: vec2<u32>) -> u32 {
 }
 
 fn node_mass(ply: u32, place: vec2<u32>) -> f32 {
-    if (GRADED) { return plies[ply].mass * mass_share(ply, place); }
+    if (GRADED || FRAME) { return plies[ply].mass * mass_share(ply, place); }
     let count = edges(ply, place);
     return plies[ply].mass * select(select(1.0, 0.5, count == 1u), 0.25, count == 2u);
 }
@@ -122,7 +124,7 @@ fn inverse_mass(ply: u32, place: vec2<u32>) -> vec3<f32> {
     let count = edges(ply, place);
     let edge = select(plies[ply].inverse_inner, plies[ply].inverse_edge, count == 1u);
     var inverse = select(edge, plies[ply].inverse_corner, count == 2u);
-    if (GRADED) { inverse = plies[ply].inverse_inner / mass_share(ply, place); }
+    if (GRADED || FRAME) { inverse = plies[ply].inverse_inner / mass_share(ply, place); }
     let bits = vec3<u32>(held(ply, place)) & vec3<u32>(1u, 2u, 4u);
     return select(vec3<f32>(inverse), vec3<f32>(0.0), bits != vec3<u32>(0u));
 }

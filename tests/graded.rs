@@ -6,7 +6,7 @@
 //! Red when: an element's size misses in its strain, its forces, its hourglass stiffness, its energy or its nodes' masses; when contact
 //! between plies, the wave front or a mirror plane takes elements for alike.
 
-use ripstop::case::Case;
+use ripstop::case::{Case, Opening};
 use ripstop::model::Model;
 use ripstop::model::mesh::Mesh;
 use ripstop::run::{Run, Skips};
@@ -80,7 +80,10 @@ fn it_covers_the_same_cloth_with_fewer_elements_and_the_same_mass() {
                 let mass = |row: usize| of.row_mass(row).mass[..=columns].iter().sum::<f64>();
                 ((0..=rows).map(mass).sum::<f64>(), of.mesh.reference(rows, columns))
             });
-            assert!((a / b - 1.0).abs() < 1e-13 && first == last, "{a} {b} {first:?} {last:?}");
+            // A ply that is cut to the frame has the elements whose middles lie in it: as much cloth, but for half an element at its edge.
+            let cut = grown.mesh.frame.opening != Opening::Mesh;
+            let edge = if cut { grown.mesh.longest() / grown.mesh.frame.half[1] } else { 0.0 };
+            assert!((a / b - 1.0).abs() < 1e-13 + 0.1 * edge && first == last, "{a} {b} {first:?} {last:?}");
             let widths: Vec<f64> = (0..grown.mesh.columns).map(|c| grown.mesh.widths(0, c)[0]).collect();
             assert!(widths.windows(2).all(|w| w[0] <= 1.3001 * w[1] && w[1] <= 1.3001 * w[0]), "{widths:?}");
             let [x, y] = small(sets).projectile.unwrap().offset;

@@ -8,6 +8,7 @@ mod conservation;
 mod contact;
 mod docs;
 mod element;
+mod fixture;
 mod frames;
 mod fuzz;
 mod graded;

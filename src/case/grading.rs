@@ -119,7 +119,11 @@ impl Case {
             grading.hit = p.offset;
             // A point slides over the fabric as far as it moves sideways until the first yarn breaks, beyond 45° at most as far as it is
             // pushed in; a rim breaks yarns early, or holds them.
-            let pushed_in = if p.shape.is_pointed() { PUSHED_IN * pack.width.min(pack.height) } else { 0.0 };
+            let pushed_in = if p.shape.is_pointed() {
+                PUSHED_IN * pack.opening().into_iter().fold(f64::INFINITY, f64::min)
+            } else {
+                0.0
+            };
             let slope = p.obliquity.tan();
             let across = depth * slope + pushed_in * slope.min(1.0);
             grading.way = [across * p.azimuth.cos(), across * p.azimuth.sin()];

@@ -34,7 +34,7 @@ pub use fabric::{Compression, Crossover, Fabric, Law, MembraneForce, Shear, Shea
 pub use grading::{Grading, LinesFrom};
 pub(crate) use keys::in_words;
 pub use keys::value_in;
-pub use pack::{Edge, Edges, InitialDeflection, Layer, MeshSize, Pack};
+pub use pack::{Edge, Edges, Frame, InitialDeflection, Layer, MeshSize, Opening, Pack, Window};
 pub use projectile::{Along, Motion, Projectile, Rotation, Shape};
 pub(crate) use provenance::mesh;
 pub use provenance::{Field, Origin, reference, report, schema};
@@ -136,6 +136,7 @@ impl Case {
             fabric: self.fabric.clone(),
             orientation: 0.0,
             edges: pack.edges,
+            standoff: 0.0,
             initial_velocity: pack.initial_velocity,
             mesh: pack.mesh,
         }])

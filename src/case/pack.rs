@@ -1,11 +1,13 @@
 //! The pack: its plies, edges, mesh and initial state.
 
-use std::f64::consts::FRAC_PI_2;
+mod fixture;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer};
 use serde_json::Value;
 
+use self::fixture::lies_across;
+pub use self::fixture::{Frame, Opening, Window};
 use super::error::short_number_text;
 use super::grading::{GradingKeys, GradingWord};
 use super::keys::{WordOr, choices};
@@ -48,6 +50,15 @@ pub struct Pack {
     #[serde(deserialize_with = "edges")]
     #[schemars(with = "WordOr<Edge, Edges>", extend("default" = "clamped"))]
     pub edges: Edges,
+    /// Circular opening of the frame in the middle of the pack. It clamps what lies outside, which is not computed; edges are clamped.
+    ///
+    /// Left out: the opening is width_mm × height_mm.
+    pub window: Option<Window>,
+    /// Side of square clamps at the four corners of the pack, which hold all displacements there; for packs whose sides are free [m].
+    ///
+    /// Default: no clamps there.
+    #[schemars(rename = "corner_clamps_mm", range(min = 0, max = 1e5), extend("default" = 0))]
+    pub corner_clamps: f64,
     /// Crossovers along each side of an element.
     ///
     /// Default: the paper: one element per crossover.
@@ -112,18 +123,23 @@ pub struct Layer {
     ///
     /// Otherwise: the case's fabric.
     pub fabric: Fabric,
-    /// Angle of the warp to the pack's X axis, towards Y. At a multiple of 90 the ply covers the pack's rectangle;
-    /// at any other angle it is cut along its yarns, width along warp and height along weft, then laid turned [rad].
+    /// Angle of the warp to the pack's X axis, towards Y. At any angle the ply covers the opening of the frame [rad].
     ///
     /// Default: warp along the pack's X axis.
     #[schemars(rename = "orientation_deg", range(min = -360, max = 360), extend("default" = 0))]
     pub orientation: f64,
-    /// Boundary conditions of the sides, in the ply's own axes; sides left out of an object are clamped.
+    /// Boundary conditions of the sides; sides left out of an object are clamped. At a multiple of 90 in the ply's own axes, at any other
+    /// angle those of the pack.
     ///
     /// Otherwise: the pack's edges.
     #[serde(deserialize_with = "edges")]
     #[schemars(with = "WordOr<Edge, Edges>")]
     pub edges: Edges,
+    /// Gap between this group and the one before it, added to spacing_mm there [m].
+    ///
+    /// Default: no gap.
+    #[schemars(rename = "standoff_mm", range(min = 0, max = 1000), extend("default" = 0))]
+    pub standoff: f64,
     /// Velocity of every free node, in the pack's axes [m/s].
     ///
     /// Otherwise: the pack's initial_velocity_m_s.
@@ -143,6 +159,8 @@ pub struct MeshSize {
     pub length: [f64; 2],
     /// Growth of elements away from the hit; `None`: they are alike.
     pub grading: Option<Grading>,
+    /// Frame around it.
+    pub frame: Frame,
 }
 
 /// Keys of the initial membrane force.
@@ -208,6 +226,11 @@ pub struct Edges {
 }
 
 impl Edges {
+    /// Whether each of the four is this one.
+    pub(crate) fn are_all(&self, edge: Edge) -> bool {
+        [self.left, self.right, self.bottom, self.top] == [edge; 4]
+    }
+
     /// Whether two opposite sides are clamped, so that the ply spans between them. A roller lets it move along its normal.
     pub fn span(&self) -> bool {
         [[self.left, self.right], [self.bottom, self.top]].contains(&[Edge::Clamped; 2])
@@ -246,6 +269,16 @@ pub(super) fn share_with_layup(document: &mut Value) {
 }
 
 impl Pack {
+    /// Sizes of the pack along X and Y [m].
+    pub(crate) fn size(&self) -> [f64; 2] {
+        [self.width, self.height]
+    }
+
+    /// Sizes of the opening along X and Y [m].
+    pub(crate) fn opening(&self) -> [f64; 2] {
+        self.window.map_or([self.width, self.height], |window| [window.diameter; 2])
+    }
+
     /// Crossovers along a side of the finest elements.
     pub(crate) fn crossovers_along_element(&self) -> f64 {
         f64::from(self.crossovers_per_element) / f64::from(self.elements_per_crossover)
@@ -286,33 +319,48 @@ impl Case {
             };
             record.derive_text("/pack/elements_per_crossover", pack.elements_per_crossover, "", false);
         }
-        let (size, side) = ([pack.width, pack.height], pack.crossovers_along_element());
-        // Elements of what stands at a pointer.
-        let mesh = |at: &str, fabric: &Fabric, size: [f64; 2]| {
+        let (opening, side) = (pack.opening(), pack.crossovers_along_element());
+        let (round, corner) = (pack.window.is_some(), pack.corner_clamps);
+        // Elements of a ply of a fabric at an angle, of what stands at a pointer.
+        let mesh = |at: &str, fabric: &Fabric, orientation: f64| {
             let length = [&fabric.warp, &fabric.weft].map(|yarn| side * 2.0 * yarn.half_span());
+            let shape = Opening::of(round, orientation);
+            let crossover = length.map(|length| length * (1.0 / side).round().max(1.0));
+            let (size, how) = match shape {
+                Opening::Mesh if lies_across(orientation) => ([opening[1], opening[0]], "the size"),
+                Opening::Mesh => (opening, "the size"),
+                _ => (shape.bounds(opening, orientation, crossover), "the bounds of the frame's opening"),
+            };
             // Finer meshes cover the same cloth: whole crossovers.
             let count = whole_elements(at, size, length, (1.0 / side).round().max(1.0))?;
-            let how = "the size over the element length, to the nearest whole number of crossovers";
-            record.derive_text(&format!("{at}/columns"), count[0], how, false);
-            record.derive_text(&format!("{at}/rows"), count[1], how, false);
-            Ok(MeshSize { count, length, grading: None })
+            let how = format!("{how} over the element length, to the nearest whole number of crossovers");
+            record.derive_text(&format!("{at}/columns"), count[0], &how, false);
+            record.derive_text(&format!("{at}/rows"), count[1], &how, false);
+            let mut half = opening.map(|size| 0.5 * size);
+            if shape == Opening::Mesh {
+                half = [0, 1].map(|axis| 0.5 * count[axis] as f64 * length[axis]);
+                half.rotate_left(usize::from(lies_across(orientation)));
+            }
+            Ok(MeshSize { count, length, grading: None, frame: Frame { opening: shape, half, corner } })
         };
-        pack.mesh = mesh("/pack", common, size)?;
+        pack.mesh = mesh("/pack", common, 0.0)?;
         for (index, layer) in pack.layup.iter_mut().enumerate() {
             let at = format!("{LAYUP}/{index}");
             layer.complete(&at, common, record)?;
-            let size = if layer.lies_across() { [size[1], size[0]] } else { size };
-            layer.mesh = mesh(&at, &layer.fabric, size)?;
+            layer.mesh = mesh(&at, &layer.fabric, layer.orientation)?;
         }
         if !pack.layup.is_empty() {
             pack.complete_plies(record)?;
         }
+        self.check_fixture()?;
+        let (common, pack) = (&self.fabric, &mut self.pack);
         if pack.spacing.is_none() {
             derive_spacing(common, &pack.layup, record);
         }
         let thickness = pack.layup.iter().map(|layer| layer.fabric.thickness);
         let thickest = thickness.reduce(f64::max).unwrap_or(common.thickness);
-        let depth = f64::from(pack.plies - 1) * pack.spacing.unwrap_or(thickest);
+        let standoffs: f64 = pack.layup.iter().map(|layer| layer.standoff).sum();
+        let depth = f64::from(pack.plies - 1) * pack.spacing.unwrap_or(thickest) + standoffs;
         // A bar meets whole rows of nodes, and sends waves along the whole of the strip: its mesh is even.
         let grading = self.graded(finer && !bar, depth, record)?;
         self.pack.layup.iter_mut().for_each(|layer| layer.mesh.grading = grading);
@@ -336,13 +384,6 @@ impl Layer {
         record.derive_text(&format!("{at}/fabric"), &common.name, "", false);
         self.fabric = common.clone();
         Ok(())
-    }
-
-    /// Whether the warp lies along the pack's Y axis: then the ply's own width is the pack's height.
-    fn lies_across(&self) -> bool {
-        // Degrees become radians with a rounding error.
-        let quarters = self.orientation / FRAC_PI_2;
-        (quarters - quarters.round()).abs() < 1e-9 && quarters.round().rem_euclid(2.0) == 1.0
     }
 }
 

@@ -205,7 +205,7 @@ impl Case {
     fn latest_end(&self, projectile: &Projectile) -> f64 {
         let layers = self.layers();
         let spans = layers.iter().any(|layer| layer.edges.span());
-        let half = 0.5 * self.pack.width.max(self.pack.height);
+        let half = self.pack.opening().into_iter().fold(0.0, f64::max) * 0.5;
         let yarns =
             layers.iter().flat_map(|layer| [&layer.fabric.warp, &layer.fabric.weft]).filter(|yarn| yarn.present);
         let strain = yarns.map(|yarn| yarn.failure_strain).fold(0.0, f64::max);

@@ -3,7 +3,8 @@
 use super::DeviceError;
 use super::layout::{
     BODY_WORDS, CONTACT_GROUPS, CONTACT_WORDS, CONTACT_WORK_FIELDS, EVENT_WORDS, IMPULSE_FIELDS, INVOCATIONS,
-    NODE_FIELDS, POINT_WORDS, REACH_WORDS, SHOTS, STATE_SLOTS, STATUS_WORDS, STRENGTH_FIELDS, TOUCH_WORDS, cell, sum,
+    LINES_ACROSS, Line, NODE_FIELDS, POINT_WORDS, REACH_WORDS, SHOTS, STATE_SLOTS, STATUS_WORDS, STRENGTH_FIELDS,
+    TOUCH_WORDS, cell, sum, texture_rows,
 };
 use crate::model::Model;
 
@@ -22,6 +23,8 @@ const CONSTRAINTS: [f64; 2] = [4.0, 64.0];
 const MEMBERS: u64 = 3;
 /// Elements that a workgroup of the energy balance adds up before another one helps.
 const BALANCE_ELEMENTS: usize = 256;
+/// A row of the texture of grid lines [bytes].
+const TEXTURE_ROW: u64 = (LINES_ACROSS * size_of::<Line>()) as u64;
 /// Workgroups of the energy balance at most.
 const BALANCE_GROUPS: usize = 256;
 
@@ -104,8 +107,10 @@ pub struct Sizes {
     pub tiles: [u64; 2],
     /// Places for nodes.
     pub nodes: u64,
-    /// Nodes on the edges of the plies.
+    /// Nodes that may be held: those on the edges of the plies, in a frame all.
     pub edge_nodes: u64,
+    /// Rows of the texture of grid lines.
+    pub texture_rows: u64,
     /// Room for nodes near the projectile, none without one.
     pub points: u64,
     /// Room for points of the projectile's edge on each ply, none where it is not sampled.
@@ -143,7 +148,11 @@ impl Sizes {
             tile_rows,
             tiles: [tiles(grid.rows, tile_rows), tiles(grid.columns, INVOCATIONS / tile_rows)],
             nodes,
-            edge_nodes: (grid.plies * 2 * (grid.columns + grid.rows + 2)) as u64,
+            edge_nodes: match model.features().frame {
+                true => nodes,
+                false => (grid.plies * 2 * (grid.columns + grid.rows + 2)) as u64,
+            },
+            texture_rows: texture_rows(model) as u64,
             points: if model.projectile.is_some() { nodes.min(POINTS) } else { 0 },
             constraints: if model.edges { constraints(model, radius / shortest) } else { 0 },
             groups: (grid.plies * per_ply.div_ceil(BALANCE_ELEMENTS).clamp(1, most)) as u64,
@@ -229,16 +238,12 @@ impl Sizes {
     /// [`DeviceError::TooLarge`] with the buffer that does not fit and the memory needed.
     pub fn check(&self, limits: &wgpu::Limits, adapter: &str) -> Result<(), DeviceError> {
         let binding = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-        for name in BufferId::ALL {
-            let needed = self.bytes(name);
-            if needed > largest_binding(limits) {
-                return Err(DeviceError::TooLarge {
-                    adapter: adapter.to_owned(),
-                    buffer: name.variable(),
-                    needed,
-                    limit: binding,
-                    total: self.total(),
-                });
+        let lines = [self.texture_rows, limits.max_texture_dimension_2d.into()].map(|rows| rows * TEXTURE_ROW);
+        let buffers = BufferId::ALL.map(|name| (name.variable(), [self.bytes(name), largest_binding(limits)]));
+        for (buffer, [needed, most]) in buffers.into_iter().chain([("grid_lines", lines)]) {
+            if needed > most {
+                let (adapter, limit) = (adapter.to_owned(), if buffer == "grid_lines" { most } else { binding });
+                return Err(DeviceError::TooLarge { adapter, buffer, needed, limit, total: self.total() });
             }
         }
         Ok(())

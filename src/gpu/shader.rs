@@ -157,7 +157,7 @@ const WITHIN: f64 = 1e-3;
 const SHARE_UNIT: u32 = 1 << 20;
 
 /// Values of the pipeline-overridable constants, by name.
-pub fn constants(features: &Features, sizes: &Sizes) -> [(&'static str, f64); 19] {
+pub fn constants(features: &Features, sizes: &Sizes) -> [(&'static str, f64); 20] {
     let flag = |yes: bool| f64::from(u8::from(yes));
     [
         ("ROUNDOFF_TOLERANCE", NOISE),
@@ -177,6 +177,7 @@ pub fn constants(features: &Features, sizes: &Sizes) -> [(&'static str, f64); 19
         ("ROTATION", flag(features.rotation)),
         ("PLIES", flag(features.plies)),
         ("GRADED", flag(features.graded)),
+        ("FRAME", flag(features.frame)),
         ("WIDTH", f64::from(sizes.contact_group)),
         ("TILE_ROWS", f64::from(sizes.tile_rows)),
     ]

@@ -10,20 +10,22 @@ use crate::physics::rigid_body::{Cut, MirrorPlanes, RigidBody};
 /// Layers of a case that differ from each other, and its plies, the struck one first.
 pub(super) fn layup(case: &Case) -> (Vec<Layer>, Vec<Ply>) {
     let mut layers: Vec<Layer> = Vec::new();
-    let mut ply_types = Vec::new();
+    let (mut ply_types, mut standoffs) = (Vec::new(), Vec::new());
     for layer in case.layers().iter() {
-        let alike = |other: &Layer| Layer { plies: other.plies, ..layer.clone() } == *other;
+        let alike = |other: &Layer| Layer { plies: other.plies, standoff: other.standoff, ..layer.clone() } == *other;
         let ply_type = layers.iter().position(alike).unwrap_or(layers.len());
         if ply_type == layers.len() {
             layers.push(layer.clone());
         }
         ply_types.extend(std::iter::repeat_n(ply_type, layer.plies as usize));
+        standoffs.resize(ply_types.len(), 0.0);
+        standoffs[ply_types.len() - layer.plies as usize] = layer.standoff;
     }
     let thickness = |at: usize| layers[ply_types[at]].fabric.thickness;
     let (mut z, mut depth) = (0.0, 0.0);
     let ply = |(at, ply_type): (usize, &usize)| {
         let mean = if at + 1 < ply_types.len() { 0.5 * (thickness(at) + thickness(at + 1)) } else { 0.0 };
-        let spacing = case.pack.spacing.unwrap_or(mean);
+        let spacing = case.pack.spacing.unwrap_or(mean) + standoffs.get(at + 1).copied().unwrap_or(0.0);
         let ply = Ply { ply_type: *ply_type, z, depth, thickness: mean, touching: mean.min(spacing) };
         z += spacing;
         depth += ply.touching;

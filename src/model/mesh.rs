@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::case::Layer;
+use crate::case::{Frame, Layer};
 use crate::model::grid_lines::Lines;
 use crate::physics::rigid_body::{Cut, MirrorPlanes};
 
@@ -25,6 +25,8 @@ pub struct Mesh {
     pub rotation: [f64; 2],
     /// Cuts of mirror planes through the ply along its X and Y; the mesh is what is left of it.
     pub cut: [Cut; 2],
+    /// Frame around it. Elements outside its opening are absent.
+    pub frame: Frame,
 }
 
 impl Mesh {
@@ -33,6 +35,7 @@ impl Mesh {
         let length = layer.mesh.length;
         let mut mesh = Self::new(layer.mesh.count[0], layer.mesh.count[1], length, layer.orientation);
         mesh.between_yarns = layer.between_yarns(mesh.rotation);
+        mesh.frame = layer.mesh.frame;
         if let Some([x, y]) = layer.lines(mesh.rotation) {
             [mesh.columns, mesh.rows] = [x.len() - 1, y.len() - 1];
             mesh.lines = [x, y].map(Lines::graded);
@@ -52,7 +55,8 @@ impl Mesh {
         let origin = [-0.5 * length[0] * columns as f64, -0.5 * length[1] * rows as f64];
         let lines = [Lines::even(columns), Lines::even(rows)];
         let between_yarns = [columns / 2, rows / 2].map(|middle| middle as f64);
-        Self { rows, columns, length, lines, origin, between_yarns, rotation: turn, cut: [Cut::Nowhere; 2] }
+        let (cut, frame) = ([Cut::Nowhere; 2], Frame::default());
+        Self { rows, columns, length, lines, origin, between_yarns, rotation: turn, cut, frame }
     }
 
     /// Part of the mesh at x ≥ 0 and y ≥ 0 of the pack where those are mirror planes.

@@ -3,6 +3,7 @@
 //! The model knows no backend. State arrays are laid out (shot, ply, row, column).
 
 pub mod failure_criterion;
+mod fixture;
 pub mod grid_lines;
 pub mod law_energy;
 pub mod layup;
@@ -161,12 +162,7 @@ impl<S: Scalar> Model<S> {
 
     /// Mass of the fabric that is computed [kg].
     pub(crate) fn fabric_mass(&self) -> f64 {
-        let of_ply = |ply: &Ply| {
-            let ply_type = &self.ply_types[ply.ply_type];
-            let [along, across] = ply_type.mesh.length;
-            ply_type.areal_density * along * across * ply_type.mesh.finest_elements()
-        };
-        self.plies.iter().map(of_ply).sum()
+        self.plies.iter().map(|ply| self.ply_types[ply.ply_type].fabric_mass()).sum()
     }
 
     /// Elements over all plies.
@@ -225,6 +221,8 @@ pub struct Features {
     pub plies: bool,
     /// Elements of a ply differ in size.
     pub graded: bool,
+    /// A frame cuts or holds a ply elsewhere than at the sides of its mesh.
+    pub frame: bool,
 }
 
 impl Features {
@@ -247,6 +245,7 @@ impl Features {
             rotation: projectile.is_some_and(|p| !p.locked),
             plies: model.plies.len() > 1,
             graded: any(&|t| t.mesh.is_graded()),
+            frame: any(&|t| !t.mesh.frame.is_plain()),
         }
     }
 }

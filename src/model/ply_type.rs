@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::case::{Case, CaseError, Edge, Edges, Fabric, Layer, Solver, StretchSampling};
+use crate::case::{Case, CaseError, Edge, Edges, Fabric, Layer, Opening, Solver, StretchSampling};
 use crate::model::failure_criterion::{StencilRadius, Windows, breadth};
 use crate::model::law_energy::LawEnergy;
 use crate::model::mesh::{Grid, Mesh};
@@ -77,7 +77,9 @@ impl<S: Scalar> PlyType<S> {
         }
         let cell = UnitCellParameters::new(fabric);
         let element = element_constants(fabric, length, &case.solver, &cell);
-        let edges = layup::cut_edges(&mesh, layer.edges);
+        // Of a mesh that is cut to the opening, sides are held by the node.
+        let free = Edges { left: Edge::Free, right: Edge::Free, bottom: Edge::Free, top: Edge::Free };
+        let edges = layup::cut_edges(&mesh, if mesh.frame.opening == Opening::Mesh { layer.edges } else { free });
         let bound = StepBound::new(length, fabric.areal_density, &element, case.solver.shock_viscosity);
         let viscous = case.solver.shock_viscosity > 0.0;
         // Where a ply under tension is torn, it is let go. The paper's scheme keeps its own step.
@@ -88,12 +90,12 @@ impl<S: Scalar> PlyType<S> {
             None => bound,
         };
         let failure_reach = StencilRadius::new(&mesh, case.solver.failure_length, breadth(&mesh, &cell));
-        Ok(Self {
+        let ply_type = Self {
             bound,
             initial: stretch_of_pretension(pack, &cell)?,
             mass: row_kinds(&mesh)
                 .into_iter()
-                .map(|row| row_masses(&mesh, fabric.areal_density, &edges, row))
+                .map(|row| row_masses(&mesh, fabric.areal_density, [&edges, &layer.edges], row))
                 .collect(),
             law_energy: law_energy::table_of(&cell),
             columns: Columns::new(&mesh),
@@ -108,7 +110,22 @@ impl<S: Scalar> PlyType<S> {
             mesh,
             cell,
             element,
-        })
+        };
+        ply_type.check_fixture()?;
+        Ok(ply_type)
+    }
+
+    /// Refuses an opening without a free node, and clamps at corners that hold none.
+    fn check_fixture(&self) -> Result<(), CaseError> {
+        let frame = self.mesh.frame;
+        let is_there = |(row, column): &(usize, usize)| self.row_mass(*row).mass[*column].to_f64() > 0.0;
+        let held = |held: bool| self.nodes().filter(is_there).any(|(row, column)| self.is_clamped(row, column) == held);
+        let (key, expected) = match (frame.is_plain() || held(false), frame.corner == 0.0 || held(true)) {
+            (true, true) => return Ok(()),
+            (false, _) => ("/pack", "a frame that leaves a node free"),
+            (_, false) => ("/pack/corner_clamps_mm", "clamps that hold a node of every ply"),
+        };
+        Err(CaseError::at(key, expected, "none").help("the mesh is too coarse for the opening or the clamps"))
     }
 
     /// Rounding of the energy of a ply at rest [J]: one unit in the last place of the stretches, and of the
@@ -127,6 +144,26 @@ impl<S: Scalar> PlyType<S> {
     pub fn row_mass(&self, row: usize) -> &RowMasses<S> {
         let kind = if row == 0 { 0 } else { 1 + usize::from(row == self.mesh.rows) };
         &self.mass[if self.mass.len() > KINDS { row } else { kind }]
+    }
+
+    /// Whether a clamp holds a node.
+    pub fn is_clamped(&self, row: usize, column: usize) -> bool {
+        self.row_mass(row).inverse[2][column].to_f64() <= 0.0
+    }
+
+    /// Every node of the mesh: row, column.
+    pub(crate) fn nodes(&self) -> impl Iterator<Item = (usize, usize)> + use<S> {
+        let [rows, columns] = [self.mesh.rows, self.mesh.columns];
+        (0..=rows).flat_map(move |row| (0..=columns).map(move |column| (row, column)))
+    }
+
+    /// Mass of the fabric that is computed [kg].
+    pub(crate) fn fabric_mass(&self) -> f64 {
+        let [along, across] = self.mesh.length;
+        if self.mesh.frame.opening == Opening::Mesh {
+            return self.areal_density * along * across * self.mesh.finest_elements();
+        }
+        self.nodes().map(|(row, column)| self.row_mass(row).mass[column].to_f64()).sum()
     }
 
     /// Element constants in the precision of a kernel.
@@ -187,14 +224,14 @@ const KINDS: usize = 3;
 
 /// A row of each kind of rows of nodes; of a mesh with rows of different heights every row.
 fn row_kinds(mesh: &Mesh) -> Vec<usize> {
-    if mesh.is_graded() && mesh.rows >= KINDS {
+    if (mesh.is_graded() || !mesh.frame.is_plain()) && mesh.rows >= KINDS {
         return (0..=mesh.rows).collect();
     }
     vec![0, mesh.rows / 2, mesh.rows]
 }
 
-/// Masses of a row of nodes.
-fn row_masses<S: Scalar>(mesh: &Mesh, areal_density: f64, edges: &Edges, row: usize) -> RowMasses<S> {
+/// Masses of a row of nodes. `edges` of the mesh, and of the opening of its frame.
+fn row_masses<S: Scalar>(mesh: &Mesh, areal_density: f64, [edges, opening]: [&Edges; 2], row: usize) -> RowMasses<S> {
     let across = mesh.lines[1].share(row);
     let row_edge = match row {
         0 => Some(edges.bottom),
@@ -206,13 +243,16 @@ fn row_masses<S: Scalar>(mesh: &Mesh, areal_density: f64, edges: &Edges, row: us
         RowMasses { inverse: std::array::from_fn(|_| vec![S::splat(0.0); stride]), mass: vec![S::splat(0.0); stride] };
     for column in 0..=mesh.columns {
         let along = mesh.lines[0].share(column);
-        let mass = areal_density * mesh.length[0] * mesh.length[1] * along * across;
+        let finest = areal_density * mesh.length[0] * mesh.length[1];
+        let fixture = (!mesh.frame.is_plain()).then(|| mesh.fixture(opening, row, column));
+        let mass = fixture.map_or(finest * along * across, |node| finest * node.share);
         let column_edge = match column {
             0 => Some(edges.left),
             c if c == mesh.columns => Some(edges.right),
             _ => None,
         };
         let clamped = row_edge == Some(Edge::Clamped) || column_edge == Some(Edge::Clamped);
+        let clamped = clamped || fixture.is_some_and(|node| node.held);
         let held = [clamped || column_edge == Some(Edge::Roller), clamped || row_edge == Some(Edge::Roller), clamped];
         for a in 0..3 {
             out.inverse[a][column] = S::splat(if held[a] { 0.0 } else { 1.0 / mass });

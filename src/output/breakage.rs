@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::case::{Case, Edge, Layer, Projectile, Shape};
+use crate::case::{Case, Edge, Frame, Layer, Opening, Projectile, Shape};
 use crate::physics::projectile_body::Body;
 use crate::run::outcome::Outcome;
 use crate::run::{Run, Sample};
@@ -129,6 +129,9 @@ struct PlyLayout {
     turn: [f64; 2],
     /// Left and right, bottom and top.
     sides: [[Edge; 2]; 2],
+    /// Length of a crossover, the longer one [m].
+    crossover: f64,
+    frame: Frame,
 }
 
 impl PlyLayout {
@@ -139,7 +142,8 @@ impl PlyLayout {
         let edges = layer.edges;
         let sides = [[edges.left, edges.right], [edges.bottom, edges.top]];
         let half_size = [0, 1].map(|axis| 0.5 * layer.mesh.count[axis] as f64 * layer.mesh.length[axis]);
-        Self { lines, middles: layer.middles(), half_size, turn: [c, s], sides }
+        let (frame, crossover) = (layer.mesh.frame, layer.mesh.length[0].max(layer.mesh.length[1]) / side);
+        Self { lines, middles: layer.middles(), half_size, turn: [c, s], sides, crossover, frame }
     }
 
     /// Numbers of the yarns that cross an element of this column or row. An element no wider than a yarn has the one at its middle.
@@ -153,33 +157,54 @@ impl PlyLayout {
         first..((to - 1e-6).ceil() as usize).max(first + 1)
     }
 
+    /// Place of the middle of an element in the pack's plane [m].
+    fn place(&self, [i, j]: [usize; 2]) -> [f64; 2] {
+        let ([x, y], [c, s]) = ([self.middles[0][i], self.middles[1][j]], self.turn);
+        [c * x - s * y, s * x + c * y]
+    }
+
     /// Distance of an element from where a projectile strikes: from a bar across it [m].
-    fn distance(&self, [i, j]: [usize; 2], projectile: &Projectile) -> f64 {
-        let [x, y] = [self.middles[0][i], self.middles[1][j]];
-        let [c, s] = self.turn;
-        let mut from = [c * x - s * y - projectile.offset[0], s * x + c * y - projectile.offset[1]];
+    fn distance(&self, element: [usize; 2], projectile: &Projectile) -> f64 {
+        let [x, y] = self.place(element);
+        let mut from = [x - projectile.offset[0], y - projectile.offset[1]];
         if let Shape::Bar { along, .. } = projectile.shape {
             from[along as usize] = 0.0;
         }
         from[0].hypot(from[1])
     }
 
-    /// Distance of an element from the nearest side of the ply [m].
+    /// Distance of an element from the nearest side of the ply, or clamp [m].
     fn to_side(&self, element: [usize; 2]) -> f64 {
+        if !self.frame.is_plain() {
+            return self.inwards(self.place(element)).into_iter().map(|(_, from)| from).fold(f64::INFINITY, f64::min);
+        }
         let inwards = |axis: usize| self.half_size[axis] - self.middles[axis][element[axis]].abs();
         inwards(0).min(inwards(1))
     }
 
-    /// Distances of a place in the pack's plane from the sides of the ply, less than nothing beyond them [m].
-    fn inwards(&self, [x, y]: [f64; 2]) -> [(Edge, f64); 4] {
-        let [c, s] = self.turn;
+    /// Distances of a place in the pack's plane from the sides of the ply, less than nothing beyond them, and from clamps at its corners [m].
+    fn inwards(&self, place: [f64; 2]) -> Vec<(Edge, f64)> {
+        let ([x, y], [c, s], frame) = (place, self.turn, &self.frame);
         let at = [c * x + s * y, c * y - s * x];
-        [(0, 0), (0, 1), (1, 0), (1, 1)]
-            .map(|(axis, end)| (self.sides[axis][end], self.half_size[axis] + at[axis] * [1.0, -1.0][end]))
+        let [left, right, bottom, top] = match frame.opening {
+            Opening::Mesh => {
+                [(0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0)].map(|(axis, end)| self.half_size[axis] + at[axis] * end)
+            }
+            _ => frame.inwards(place),
+        };
+        let [[a, b], [c, d]] = self.sides;
+        let corner = (frame.corner > 0.0).then(|| (Edge::Clamped, left.min(right).max(bottom.min(top)) - frame.corner));
+        [(a, left), (b, right), (c, bottom), (d, top)].into_iter().chain(corner).collect()
     }
 
-    /// Whether an element begins near a side of the ply that `counts`. The outermost always does, however long it is.
+    /// Whether an element begins near a side of the ply, or a clamp, that `counts`. The outermost always does, however long it is.
     fn is_at_edge(&self, element: [usize; 2], counts: impl Fn(Edge) -> bool) -> bool {
+        if !self.frame.is_plain() {
+            let widths =
+                [0, 1].map(|axis: usize| self.lines[axis][element[axis] + 1] - self.lines[axis][element[axis]]);
+            let near = self.crossover * (EDGE + 0.5 * widths[0].max(widths[1]));
+            return self.inwards(self.place(element)).into_iter().any(|(edge, from)| counts(edge) && from < near);
+        }
         [0, 1].into_iter().any(|axis: usize| {
             let (lines, [low, high]) = (&self.lines[axis], self.sides[axis]);
             let (first, last) = (lines[0], lines[lines.len() - 1]);

@@ -8,9 +8,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::case::{Case, Edge, Edges};
+use crate::case::{Case, Opening};
 use crate::model::Model;
-use crate::model::mesh::{Mesh, corners};
+use crate::model::mesh::corners;
+use crate::model::ply_type::PlyType;
 use crate::num::scalar::Scalar;
 use crate::physics::rigid_body::Cut;
 use crate::solver::contact::edge_contact::root;
@@ -50,9 +51,9 @@ pub(crate) fn supporting<S: Scalar>(
 ) -> impl Fn(usize, usize) -> bool {
     let (ply_type, roots) = (model.ply_type(ply), pieces(model, state, ply));
     let stride = ply_type.mesh.columns + 1;
-    let hold = match held_sides(&ply_type.mesh, ply_type.edges) {
-        [false, false, false, false] => are_the_ply(model, state, ply, &roots, speed),
-        sides => reach_a_side(&ply_type.mesh, sides, &roots),
+    let hold = match held_nodes(ply_type).next() {
+        None => are_the_ply(model, state, ply, &roots, speed),
+        Some(_) => reach_a_clamp(ply_type, &roots),
     };
     move |row, column| hold[roots[row * stride + column]]
 }
@@ -91,43 +92,37 @@ pub(crate) fn attached<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize
 /// Whether no yarn of a ply is broken anywhere. One that the fabric does not have links nothing, and counts as broken.
 fn is_unbroken<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize) -> bool {
     let (mesh, first) = (&model.ply_type(ply).mesh, model.grid.first_element_row(ply));
-    let is_whole = |row: usize, yarn| (0..mesh.columns).all(|column| state.alive(row, column, yarn));
+    let stands = |row: usize, column, yarn| state.alive(row, column, yarn) || !mesh.is_present(row - first, column);
+    let is_whole = |row: usize, yarn| (0..mesh.columns).all(|column| stands(row, column, yarn));
     (first..first + mesh.rows).all(|row| is_whole(row, 0) && is_whole(row, 1))
 }
 
-/// Whether the ply is held across its left, right, bottom and top side. A mirror plane does not, nor does the symmetry
-/// plane of a roller: behind it the image of a piece reaches the images of the edges that the piece itself reaches.
-fn held_sides(mesh: &Mesh, edges: Edges) -> [bool; 4] {
-    let [x, y] = mesh.cut;
-    let sides = [
-        (x == Cut::First, edges.left),
-        (x == Cut::Last, edges.right),
-        (y == Cut::First, edges.bottom),
-        (y == Cut::Last, edges.top),
-    ];
-    sides.map(|(cut, edge)| !cut && edge == Edge::Clamped)
+/// Nodes of fabric that a clamp holds: row, column. A mirror plane does not, nor does the symmetry plane of a roller: behind it the image of
+/// a piece reaches the images of the clamps that the piece itself reaches.
+fn held_nodes<S: Scalar>(ply_type: &PlyType<S>) -> impl Iterator<Item = (usize, usize)> {
+    let is_held = |&(row, column): &(usize, usize)| {
+        ply_type.is_clamped(row, column) && ply_type.row_mass(row).mass[column].to_f64() > 0.0
+    };
+    ply_type.nodes().filter(is_held)
 }
 
-/// Mass of the whole pack [kg] and its momentum along the normal at the start [N·s], if no side of any of its plies is held.
+/// Mass of the whole pack [kg] and its momentum along the normal at the start [N·s], if no clamp holds any of its plies.
 pub(crate) fn free_pack<S: Scalar>(model: &Model<S>) -> Option<[f64; 2]> {
     (0..model.plies.len()).try_fold([0.0; 2], |[mass, momentum], ply| {
         let ply_type = model.ply_type(ply);
-        let more = ply_type.areal_density * ply_type.mesh.whole_size().iter().product::<f64>();
-        let held = held_sides(&ply_type.mesh, ply_type.edges).contains(&true);
-        (!held).then_some([mass + more, momentum + more * ply_type.initial_velocity[2]])
+        let mesh = &ply_type.mesh;
+        let more = match mesh.frame.opening {
+            Opening::Mesh => ply_type.areal_density * mesh.whole_size().iter().product::<f64>(),
+            _ => ply_type.fabric_mass() * model.planes.copies() as f64,
+        };
+        held_nodes(ply_type).next().is_none().then_some([mass + more, momentum + more * ply_type.initial_velocity[2]])
     })
 }
 
-/// Whether the piece of each root reaches one of these sides.
-fn reach_a_side(mesh: &Mesh, [left, right, bottom, top]: [bool; 4], roots: &[usize]) -> Vec<bool> {
+/// Whether the piece of each root reaches a clamp.
+fn reach_a_clamp<S: Scalar>(ply_type: &PlyType<S>, roots: &[usize]) -> Vec<bool> {
     let mut reach = vec![false; roots.len()];
-    for (node, root) in roots.iter().enumerate() {
-        let (row, column) = (node / (mesh.columns + 1), node % (mesh.columns + 1));
-        reach[*root] |= (left && column == 0)
-            || (right && column == mesh.columns)
-            || (bottom && row == 0)
-            || (top && row == mesh.rows);
-    }
+    held_nodes(ply_type).for_each(|(row, column)| reach[roots[row * (ply_type.mesh.columns + 1) + column]] = true);
     reach
 }
 

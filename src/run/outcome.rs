@@ -213,9 +213,10 @@ fn covered_by<S: Scalar>(
     let (first, span) = (model.grid.first_element_row(ply), unbroken_cells(mesh, body));
     // Whether a yarn is unbroken in an element and for `span` finest cells on either side, or to the edge of the ply. Beyond a mirror
     // plane lie images of cells that are no further from it on this side, so that to the plane is far enough.
+    let stands = |row, column, yarn| state.alive(first + row, column, yarn) || !mesh.is_present(row, column);
     let runs_on = |row: usize, column: usize, yarn: usize| match yarn {
-        0 => mesh.lines[0].within(column, span as f64).all(|column| state.alive(first + row, column, 0)),
-        _ => mesh.lines[1].within(row, span as f64).all(|row| state.alive(first + row, column, 1)),
+        0 => mesh.lines[0].within(column, span as f64).all(|column| stands(row, column, 0)),
+        _ => mesh.lines[1].within(row, span as f64).all(|row| stands(row, column, 1)),
     };
     // The directions in which `place` measures how far across a point is, in the axes of the ply, and where the body is along them.
     let sides = [Vector3::x(), if body.body.profile.bar { Vector3::zeros() } else { Vector3::y() }].map(|side| {

@@ -126,6 +126,13 @@ fn fill<S: Scalar>(model: &Model<S>, plies: &[Patch<S>], scene: &Scene, frame: &
         // What nothing has reached is flat; what started otherwise counts as reached.
         let rest = read(&constants, [1.0; 2], &[[S::splat(0.0); 4]; 3], start);
         (0..whole.elements()).for_each(|at| put(frame, whole.first_element + at, &rest, 1.0));
+        let absent =
+            places(0..ply_type.mesh.rows, 0..ply_type.mesh.columns).filter(|(r, c)| !ply_type.mesh.is_present(*r, *c));
+        for (row, column) in absent {
+            for ([column, row], _) in ply_type.mesh.images([column, row], 1) {
+                put(frame, whole.first_element + row * whole.columns + column, &ElementReading::default(), 1.0);
+            }
+        }
         fill_elements(patch, ply_type, &rest, whole, frame);
         fill_nodes(patch, &ply_type.mesh, whole, frame);
     }

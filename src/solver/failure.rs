@@ -172,7 +172,7 @@ impl<'a, S: Scalar> YarnsOfPly<'a, S> {
                     sum += length * strain;
                     total += length;
                 } else {
-                    is_whole = false;
+                    is_whole &= !self.model.ply_type(self.ply).mesh.is_present(row, column);
                 }
             }
             if total > 0.0 {

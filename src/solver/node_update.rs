@@ -73,7 +73,7 @@ pub struct NodePass<'a, S> {
     pub range: Range<usize>,
     /// Columns of the whole row.
     pub columns: usize,
-    /// Whether the row is on the ply's edge.
+    /// Whether the row is on the ply's edge, or in a frame that may hold any node.
     pub edge_row: bool,
     /// Time since the last forces, of this kick, and of this drift [s].
     pub times: [f64; 3],

@@ -12,6 +12,7 @@ use crate::model::{Model, layup};
 use crate::num::aligned::Aligned;
 use crate::num::scalar::Scalar;
 use crate::physics::rigid_body::RigidBody;
+use crate::solver::element_force::BROKEN;
 use crate::solver::element_totals::field as element;
 use crate::solver::node_update::field as node;
 
@@ -216,9 +217,12 @@ impl<S: Scalar> State<S> {
                 let at = grid.first_element_row(ply) + row;
                 for column in 1..=mesh.columns {
                     for yarn in 0..2 {
-                        let alive = if ply_type.present[yarn] { 1.0 } else { 0.0 };
+                        let alive = f64::from(ply_type.present[yarn] && mesh.is_present(row, column - 1));
                         elements.set(at, element::ALIVE + yarn, column, S::splat(alive));
                         elements.set(at, element::HEIGHT + yarn, column, S::splat(ply_type.initial.height[yarn]));
+                        if !mesh.is_present(row, column - 1) {
+                            elements.set(at, fields - element::STRAIN + yarn, column, S::splat(BROKEN));
+                        }
                     }
                 }
             }

@@ -278,7 +278,7 @@ impl<S: Scalar> PlyPass<'_, S> {
             mass: &m.mass,
             range: self.nodes.columns.clone(),
             columns: ply_type.mesh.columns + 1,
-            edge_row: row == 0 || row == ply_type.mesh.rows,
+            edge_row: row == 0 || row == ply_type.mesh.rows || !ply_type.mesh.frame.is_plain(),
             times: self.times,
             sample: self.sample,
         };

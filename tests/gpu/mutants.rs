@@ -115,6 +115,12 @@ defects! {
         "half a drift at the first step" in "variational, rigid": "u + scene.dt * after" => "u + step.kick * after";
         "rows and columns of an edge" in "variational, compressible":
             "select(0u, sides, place.y == 0u)" => "select(0u, sides, place.x == 0u)";
+        "no node of a frame held" in "a round window, graded": "in_frame(ply, SHARES, place) <= 0.0" => "false";
+        "frames of the first ply type" in "thirty degrees, clamped, smooth":
+            "plies[ply].shares_row + at / 4u / across" => "plies[0].shares_row + at / 4u / across";
+        "nodes in a frame whole" in "a rectangle with a free side and clamps at its corners":
+            "return abs(in_frame(ply, SHARES, place));" => "return 1.0;";
+        "supports of a frame on its rim" in "a round window, graded": "if (FRAME) { return node_at(ply, place); }" => "";
         "supports in the axes of the ply" in "thirty degrees, clamped, smooth":
             "let turned = to_pack(ply, impulse);" => "let turned = impulse;";
     }
@@ -162,6 +168,7 @@ defects! {
     energy_balance {
         "largest deflections added" in "several workgroups of the energy balance": "which == DEFLECTION ||" => "";
         "tiles not counted anew" in "variational, compressible": "tiles[first + which] = 0.0;" => "";
+        "absent elements do not cover" in "sphere in a round window": " && is_present(ply, cell)" => "";
         "wefts do not cover" in "sphere under a weft": "runs_on(ply, place, 2u)" => "false";
     }
 }

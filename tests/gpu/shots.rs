@@ -136,9 +136,16 @@ const EDGES: &str = "/solver/contact_sampling=edges";
 const ASIDE: &str = "/projectile/offset_mm=[4,-3]";
 const PAIR: [&str; 2] = ["/pack/plies=2", "/pack/layup=[{},{\"orientation_deg\":90}]"];
 
-/// Plies in touch at rest, with gaps between them, of two fabrics and turned.
-const PACKS: [(&str, &[&str]); 3] = [
+/// Plies in touch at rest, with gaps between them, of two fabrics and turned, in a round window.
+const PACKS: [(&str, &[&str]); 4] = [
     ("touching plies", &["/pack/plies=3"]),
+    (
+        "plies in a round window",
+        &[
+            "/pack/window={\"diameter_mm\":24}",
+            r#"/pack/layup=[{},{"orientation_deg":30},{"orientation_deg":90,"standoff_mm":0.2}]"#,
+        ],
+    ),
     ("plies with gaps", &["/pack/plies=3", "/pack/spacing_mm=0.45"]),
     (
         "turned plies",

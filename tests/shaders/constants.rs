@@ -98,6 +98,8 @@ fn expected() -> BTreeMap<&'static str, Vec<f64>> {
         ("BODY_SUMS", (offset_of!(layout::Body, impulse) / 16).numbers()),
         ("BODY_NOSE", (offset_of!(layout::Body, nose_coarse) / 16).numbers()),
         ("LANES", 64_usize.numbers()),
+        ("SHARES", 0_usize.numbers()), // as `frame` of src/gpu/layout/uniforms.rs writes them
+        ("PRESENCE", 1_usize.numbers()),
         ("NO_PLY", layout::NONE.numbers()),
         ("LAW_COUNT", law_energy::COUNT.numbers()),
         ("EPSILON", f64::from(f32::EPSILON).numbers()),

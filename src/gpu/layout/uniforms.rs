@@ -30,6 +30,8 @@ pub(crate) const PLIES: usize = 64;
 pub const SHOTS: u64 = 2048;
 /// Texels of a grid line.
 pub const LINE_TEXELS: usize = 2;
+/// Numbers of a grid line.
+const LINE_NUMBERS: usize = size_of::<Line>() / size_of::<f32>();
 /// Grid lines in a row of their texture.
 pub const LINES_ACROSS: usize = 1024;
 /// Speed of any node over the largest at the start, at most: all the energy in one place.
@@ -64,7 +66,7 @@ shared! {
     Ply {
         rows: u32, columns: u32, ply_type: u32, present: u32, origin: [f32; 2], length: [f32; 2], cosine: f32,
         sine: f32, z: f32, depth: f32, touching: f32, thickness: f32, mass: f32, inverse_inner: f32,
-        inverse_edge: f32, inverse_corner: f32, held: u32, span: u32, longest: f32, pad: [u32; 3],
+        inverse_edge: f32, inverse_corner: f32, held: u32, span: u32, longest: f32, shares_row: u32, pad: [u32; 2],
     }
 
     /// One grid line.
@@ -292,7 +294,8 @@ pub fn plies(model: &Model<f32>) -> Vec<Ply> {
             held: constrained(&ply_type.edges) | cut_sides(mesh) << 12,
             span: model.projectile.as_ref().map_or(0, |body| unbroken_cells(mesh, body) as u32),
             longest: mesh.longest() as f32,
-            pad: [0; 3],
+            shares_row: (lines_rows(model) + own.ply_type * frame_rows(model)) as u32,
+            pad: [0; 2],
         }
     };
     (0..model.plies.len()).map(ply).collect()
@@ -341,7 +344,7 @@ pub fn line(ply_type: &PlyType<f32>, from: &Vector3<f64>, axis: usize, line: usi
     }
 }
 
-/// Grid lines, shape (ply types, axes, room for the longest axis), in whole rows of the texture.
+/// Grid lines, shape (ply types, axes, room for the longest axis), in whole rows of the texture; then what frames say of nodes.
 pub fn lines(model: &Model<f32>) -> Vec<Line> {
     let room = model.grid.columns.max(model.grid.rows) + 2;
     let (mut out, from) = (Vec::new(), device_origin(model));
@@ -352,8 +355,41 @@ pub fn lines(model: &Model<f32>) -> Vec<Line> {
             out.resize(end, Line::default());
         }
     }
-    out.resize(out.len().next_multiple_of(LINES_ACROSS), Line::default());
+    out.resize(LINES_ACROSS * lines_rows(model), Line::default());
+    if model.features().frame {
+        model.ply_types.iter().for_each(|ply_type| out.extend(frame(model, ply_type)));
+    }
     out
+}
+
+/// Rows of the texture of grid lines, without what frames say of nodes.
+fn lines_rows(model: &Model<f32>) -> usize {
+    (2 * model.ply_types.len() * (model.grid.columns.max(model.grid.rows) + 2)).div_ceil(LINES_ACROSS)
+}
+
+/// Rows of that texture with two numbers for each node of a ply type.
+fn frame_rows(model: &Model<f32>) -> usize {
+    (2 * model.nodes_per_ply()).div_ceil(LINE_NUMBERS * LINES_ACROSS)
+}
+
+/// Rows of that texture in all.
+pub(crate) fn texture_rows(model: &Model<f32>) -> usize {
+    lines_rows(model) + if model.features().frame { model.ply_types.len() * frame_rows(model) } else { 0 }
+}
+
+/// Shares of the nodes of a ply type in the mass of an inner node of the finest elements, negative or 0 where they are held, then 1 for the
+/// elements that are there; shape (2, rows + 1, columns + 1) of the storage, in whole rows of the texture.
+fn frame(model: &Model<f32>, ply_type: &PlyType<f32>) -> Vec<Line> {
+    let (mesh, across) = (&ply_type.mesh, model.grid.columns + 1);
+    let mut numbers = vec![0.0_f32; LINE_NUMBERS * LINES_ACROSS * frame_rows(model)];
+    for (row, column) in ply_type.nodes() {
+        let share = f64::from(ply_type.row_mass(row).mass[column]) / node_mass(ply_type);
+        let at = row * across + column;
+        numbers[at] = if ply_type.is_clamped(row, column) { -share } else { share } as f32;
+        let is_element = row < mesh.rows && column < mesh.columns;
+        numbers[model.nodes_per_ply() + at] = f32::from(u8::from(is_element && mesh.is_present(row, column)));
+    }
+    bytemuck::cast_slice(&numbers).to_vec()
 }
 
 /// Constants of a shot with that place in storage.

@@ -5,6 +5,8 @@ pub(crate) mod figures;
 #[cfg(feature = "report")]
 mod page;
 #[cfg(feature = "report")]
+mod plan;
+#[cfg(feature = "report")]
 mod playback;
 #[doc(hidden)]
 pub mod plot;
@@ -14,3 +16,6 @@ pub(crate) mod surface;
 pub use self::page::report;
 #[cfg(feature = "report")]
 pub(crate) use self::page::{figure, page, table};
+#[cfg(feature = "report")]
+#[doc(hidden)]
+pub use self::plan::held;

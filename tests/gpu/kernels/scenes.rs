@@ -1,6 +1,6 @@
 //! States to compare kernels on: random and at the edges of what a run meets.
 
-use ripstop::case::{Case, Edge, Grading, HitPlace, LinesFrom, Variability, YarnStrength};
+use ripstop::case::{Case, Edge, Frame, Grading, HitPlace, LinesFrom, Opening, Variability, YarnStrength};
 use ripstop::model::Model;
 use ripstop::solver::element_force::BROKEN;
 use ripstop::solver::element_totals::field as element;
@@ -113,7 +113,15 @@ pub(super) fn element_scenes() -> Vec<Scene> {
 type Special = (&'static str, [usize; 2], u32, fn(&mut Case));
 
 /// Name, columns and rows, plies, change.
-const SPECIAL: [Special; 9] = [
+const SPECIAL: [Special; 11] = [
+    ("a round window, graded", [15, 26], 2, |case| {
+        grade(case, [3e-3, -2e-3], 4.0);
+        frame(case, Opening::Round, 0.0);
+    }),
+    ("a rectangle with a free side and clamps at its corners", [14, 11], 2, |case| {
+        case.pack.edges.left = Edge::Clamped;
+        frame(case, Opening::Rectangle, 3e-3);
+    }),
     ("only a part reached", [7, 6], 8, |_| {}),
     (WITHOUT_VISCOSITY, [7, 5], 8, |_| {}),
     ("graded", [13, 26], 8, |case| {
@@ -153,6 +161,17 @@ const SPECIAL: [Special; 9] = [
         case.pack.edges.bottom = Edge::Clamped;
     }),
 ];
+
+/// A frame whose opening is three quarters of the mesh, around its middle.
+pub(super) fn frame(case: &mut Case, opening: Opening, corner: f64) {
+    if opening == Opening::Round {
+        let edges = &mut case.pack.edges;
+        [edges.left, edges.right, edges.bottom, edges.top] = [Edge::Clamped; 4];
+    }
+    let mesh = &mut case.pack.mesh;
+    let half = [0, 1].map(|axis| 0.375 * mesh.count[axis] as f64 * mesh.length[axis]);
+    mesh.frame = Frame { opening, half, corner };
+}
 
 /// Elements that are narrower than the yarns, and a failure length [m].
 fn narrow(case: &mut Case, [x, y]: [f64; 2], failure_length: f64) {

@@ -1,7 +1,7 @@
 //! Fabric wrapped around a projectile: every shape, motion and kind of contact, and packs under it.
 
 use nalgebra::Vector3;
-use ripstop::case::{Along, Case, ContactSampling, Edge, Motion, Projectile, Rotation, Shape};
+use ripstop::case::{Along, Case, ContactSampling, Edge, Motion, Opening, Projectile, Rotation, Shape};
 use ripstop::model::Model;
 use ripstop::physics::rigid_body::RigidBody;
 use ripstop::solver::contact::projectile_points::fabric_between;
@@ -10,7 +10,7 @@ use ripstop::solver::state::ActiveRegion;
 use ripstop::solver::state::State;
 
 use super::packs::{self, Group};
-use super::scenes::{Scene, element_places, grade, kill, node_places, random_elements, set_yarns, weaken};
+use super::scenes::{Scene, element_places, frame, grade, kill, node_places, random_elements, set_yarns, weaken};
 use crate::support::{Random, patch};
 use Kind::{Between, Edges, Held, Resting, Rim, Slit, Weft};
 
@@ -46,7 +46,7 @@ type Struck = (&'static str, Shape, &'static [Group], &'static [Kind], Change);
 const TURNED: [Group; 3] = [Group::turned(0), Group::turned(90), Group::turned(30)];
 
 /// Name, shape, plies (of the patch where none are given), kinds, change.
-const SCENES: [Struck; 25] = [
+const SCENES: [Struck; 26] = [
     ("sphere", SPHERE, &[], &[], |_, case| case.pack.plies = 13),
     ("sphere, spinning, oblique, friction", SPHERE, &[], &[], |p, case| {
         oblique(p);
@@ -78,6 +78,10 @@ const SCENES: [Struck; 25] = [
     }),
     ("locked cylinder in a clamped corner", CYLINDER, &[], &[Held], |p, case| corner(p, case)),
     ("sphere under a weft", SPHERE, &[], &[Weft], |_, _| {}),
+    ("sphere in a round window", SPHERE, &[], &[Held], |p, case| {
+        (p.rotation, case.pack.plies) = (Rotation::Locked, 8);
+        frame(case, Opening::Round, 0.0);
+    }),
     ("cylinder beside the middle of a graded ply, friction", CYLINDER, &[], &[], |p, case| {
         oblique(p);
         grade(case, [4e-3, 3e-3], 2.0);
@@ -88,7 +92,7 @@ const SCENES: [Struck; 25] = [
     }),
     ("between nodes beside a slit", CYLINDER, &[], &[Between, Slit], |p, _| (p.offset, p.friction) = ([0.0; 2], 0.1)),
     ("between nodes of a clamped corner", CYLINDER, &[], &[Between, Held], |p, case| corner(p, case)),
-    ("between nodes on turned plies, friction", CYLINDER, &TURNED, &[Between], |p, case| rubbing(p, case)),
+    ("between nodes on turned plies, with friction", CYLINDER, &TURNED, &[Between], |p, case| rubbing(p, case)),
     ("sphere on turned plies, friction", SPHERE, &[TURNED[0], TURNED[1], TURNED[2], TURNED[0]], &[], |p, case| {
         rubbing(p, case)
     }),
@@ -211,7 +215,8 @@ fn mend(model: &Model<f32>, state: &mut State<f32>, body: &RigidBody, weft: bool
             let under = column == under_column;
             set_yarns(state, row, column, [!under, under || alive[1]]);
         } else if row - model.grid.first_element_row(ply) == under_row + 2 {
-            set_yarns(state, row, column, [true, alive[1]]);
+            let is_there = mesh.is_present(row - model.grid.first_element_row(ply), column);
+            set_yarns(state, row, column, [is_there, alive[1]]);
         }
     }
 }
