@@ -123,7 +123,11 @@ fn failure_strain(
         let most = curve.last().map_or(si(yarn, "modulus"), |[_, stress]| *stress);
         let of = if curve.is_empty() { "below the modulus" } else { "at most the last stress of the curve" };
         let expected = format!("a strength {of}, {} GPa", short_number_text(1e-9 * most));
-        let is_beyond = if curve.is_empty() { format!(", a failure strain of {}", short_number_text(strain)) } else { String::new() };
+        let is_beyond = if curve.is_empty() {
+            format!(", a failure strain of {}", short_number_text(strain))
+        } else {
+            String::new()
+        };
         let found = record.value(&at) + &is_beyond;
         return Err(CaseError::at(at, expected, found).help("look at the units of both"));
     }
