@@ -105,6 +105,9 @@ defects! {
         "shares of the yarns exchanged" in "variational, compressible": "slope.yx * per_sum" => "slope * per_sum";
         "curvature of the arc" in "variational, compressible":
             "(1.0 + excess) * inverse_secant * inverse_secant - b" => "(1.0 + excess) * inverse_secant - b";
+        "knee of the other yarn" in "yarns with curves": "select(ramp.zw, ramp.xy, which == 0u)" => "ramp.xy";
+        "energy of a linear yarn" in "yarns with curves":
+            "select(0.0, stiffness * sum, 0.0 < tension)" => "tension * strain";
         "hourglass of the wrong corner" in "variational, compressible":
             "corner_force(local, 1.0, 1.0, -1.0)" => "corner_force(local, 1.0, 1.0, 1.0)";
         "contact force halved" in "variational, compressible": "force = PI * s.arc.slope" => "force = HALF_PI * s.arc.slope";

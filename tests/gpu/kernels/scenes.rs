@@ -113,17 +113,23 @@ pub(super) fn element_scenes() -> Vec<Scene> {
 type Special = (&'static str, [usize; 2], u32, fn(&mut Case));
 
 /// Name, columns and rows, plies, change.
-const SPECIAL: [Special; 11] = [
+const SPECIAL: [Special; 12] = [
     ("a round window, graded", [15, 26], 2, |case| {
         grade(case, [3e-3, -2e-3], 4.0);
         frame(case, Opening::Round, 0.0);
     }),
-    ("a rectangle with a free side and clamps at its corners", [14, 11], 2, |case| {
+    ("a rectangle with a free side and clamps at its corners", [14, 12], 2, |case| {
         case.pack.edges.left = Edge::Clamped;
         frame(case, Opening::Rectangle, 3e-3);
     }),
     ("only a part reached", [7, 6], 8, |_| {}),
     (WITHOUT_VISCOSITY, [7, 5], 8, |_| {}),
+    ("yarns with curves", [11, 5], 8, |case| {
+        let bent = |modulus: f64, points: [[f64; 2]; 4]| points.map(|[strain, part]| [strain, part * modulus]).to_vec();
+        let (warp, weft) = (&mut case.fabric.warp, &mut case.fabric.weft);
+        warp.curve = bent(warp.modulus, [[0.0, 0.0], [0.006, 0.003], [0.015, 0.012], [0.04, 0.022]]);
+        weft.curve = bent(weft.modulus, [[0.0, 0.0], [0.004, 0.004], [0.02, 0.01], [0.05, 0.035]]);
+    }),
     ("graded", [13, 26], 8, |case| {
         grade(case, [3e-3, -2e-3], 4.0);
         case.pack.edges.left = Edge::Roller;
