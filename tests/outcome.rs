@@ -335,7 +335,11 @@ fn the_verdict_says_that_a_bullet_of_lead_is_computed_as_rigid() {
         let mass = format!("/projectile/mass_g={mass}");
         let case = free_ply(&["/projectile/standoff_mm=8", "/solver/end_time_us=1", &mass]);
         let detail = output::verdict(&case, &run_case(&case)).detail;
-        assert_eq!(detail.contains("struck at 60 m/s by a bullet of lead computed as rigid"), is_lead, "{detail}");
+        assert_eq!(
+            detail.contains("struck at 60 m/s by a body as dense as a bullet of lead, computed as rigid"),
+            is_lead,
+            "{detail}"
+        );
     }
 }
 
