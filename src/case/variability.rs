@@ -328,9 +328,17 @@ impl Realisation<'_> {
             for ((yarn, constants), u) in yarns.zip(self.variability.uniform(stream, number)) {
                 if constants.present {
                     let nominal = if name == "crimp" { constants.crimp } else { constants.modulus * 1e-9 };
-                    let value = nominal * (1.0 + scattered.deviation(u));
+                    let factor = 1.0 + scattered.deviation(u);
+                    let value = nominal * factor;
                     let above = name.trim_end_matches("_gpa");
-                    self.put(&format!("{place}/{yarn}/{name}"), json!(value), above, &words);
+                    let curve = format!("{place}/{yarn}/curve");
+                    // Of a yarn with a curve all stresses follow.
+                    let points = self.document.pointer(&curve).filter(|_| above == "modulus");
+                    let points = points.and_then(|points| Vec::<[f64; 2]>::deserialize(points).ok());
+                    match points.map(|points| points.into_iter().map(|[strain, stress]| [strain, factor * stress])) {
+                        Some(points) => self.put(&curve, json!(points.collect::<Vec<_>>()), above, &words),
+                        None => self.put(&format!("{place}/{yarn}/{name}"), json!(value), above, &words),
+                    }
                     self.note(format!("{prefix}{yarn}_{name}"), value);
                 }
             }

@@ -65,6 +65,22 @@ fn values_have_the_distributions_that_the_case_names() {
 }
 
 #[test]
+fn a_modulus_that_varies_takes_all_stresses_of_a_curve_along() {
+    let yarn = r#"/fabric/warp={"linear_density_denier":1420,"curve":[[0,0],[0.01,0.7],[0.04,4]],"failure_strain":0.035,
+        "count_per_inch":20,"crimp":0.0218}"#;
+    let nominal = small(&[ALL, yarn]);
+    let shot = drawn(&nominal, 7);
+    let modulus = shot.drawn.iter().find(|drawn| drawn.column == "warp_modulus_gpa").unwrap().value * 1e9;
+    near(shot.fabric.warp.modulus, modulus, 1e-12 * modulus);
+    let factor = modulus / nominal.fabric.warp.modulus;
+    assert!((factor - 1.0).abs() > 1e-4, "{factor}");
+    for (point, was) in shot.fabric.warp.curve.iter().zip(&nominal.fabric.warp.curve) {
+        near(point[0], was[0], 0.0);
+        near(point[1], factor * was[1], 1e-12 * modulus);
+    }
+}
+
+#[test]
 fn draws_depend_on_seed_and_number_and_on_nothing_else() {
     let nominal = small(&[ALL]);
     assert_eq!(drawn(&nominal, 3).drawn, drawn(&nominal, 3).drawn);
