@@ -330,17 +330,25 @@ fn a_projectile_past_a_free_edge_has_passed_without_breaking_a_yarn() {
 
 #[test]
 fn the_verdict_says_that_a_bullet_of_lead_is_computed_as_rigid() {
-    // A cylinder of 1.0002 cm³.
-    for (mass, is_lead) in [(7.85, false), (9.2, false), (9.4, true), (11.9, true), (12.1, false), (17.0, false)] {
-        let mass = format!("/projectile/mass_g={mass}");
-        let case = free_ply(&["/projectile/standoff_mm=8", "/solver/end_time_us=1", &mass]);
-        let detail = output::verdict(&case, &run_case(&case)).detail;
-        assert_eq!(
-            detail.contains("struck at 60 m/s by a body as dense as a bullet of lead, computed as rigid"),
-            is_lead,
-            "{detail}"
+    let bullet = |shape: &str, density: f64, is_lead: bool| {
+        let body = format!(
+            r#"/projectile={{"shape": "{shape}", "diameter_mm": 9, "length_mm": 15, "density_kg_m3": {density},
+                "velocity_m_s": 60, "standoff_mm": 8}}"#
         );
+        let case = free_ply(&["/solver/end_time_us=1", &body]);
+        let detail = output::verdict(&case, &run_case(&case)).detail;
+        assert!(detail.contains("struck at 60 m/s"), "{detail}");
+        assert_eq!(
+            detail.contains("m/s by a bullet of lead computed as rigid"),
+            is_lead,
+            "{shape} {density}: {detail}"
+        );
+    };
+    for (density, is_lead) in [(7850.0, false), (9200.0, false), (9400.0, true), (11_900.0, true), (12_100.0, false)] {
+        bullet("ogive", density, is_lead);
     }
+    bullet("cone", 10_800.0, true);
+    bullet("cylinder", 10_800.0, false);
 }
 
 /// Looks over the end time, both included.

@@ -371,9 +371,10 @@ fn at(key: &str) -> String {
 }
 
 impl Projectile {
-    /// Whether the body is as dense as a bullet of lead, which flattens where this one is rigid.
-    pub(crate) fn is_of_lead(&self) -> bool {
-        !self.shape.is_bar() && LEAD.contains(&(self.mass / self.shape.volume()))
+    /// Whether the body has the nose and the density of a bullet of lead, which flattens where this one is rigid.
+    pub(crate) fn is_bullet_of_lead(&self) -> bool {
+        let has_nose = matches!(self.shape, Shape::Cone { .. } | Shape::Ogive { .. });
+        has_nose && LEAD.contains(&(self.mass / self.shape.volume()))
     }
 
     /// Completes and checks the projectile.

@@ -341,7 +341,7 @@ fn words(case: &Case, run: &Run) -> (&'static str, String) {
     let stop = run.stop_time.map_or(String::new(), |time| format!("at {:.1} µs, ", time * 1e6));
     let through = run.history.last().map_or(0, |row| row.perforated_plies);
     let torn = if run.plies > 1 { format!("{through} of {} plies perforated, ", run.plies) } else { String::new() };
-    let by = if projectile.is_of_lead() { " by a body as dense as a bullet of lead, computed as rigid" } else { "" };
+    let by = if projectile.is_bullet_of_lead() { " by a bullet of lead computed as rigid" } else { "" };
     let struck = format!("{torn}struck at {} m/s{by}", short(projectile.velocity, 4));
     match run.outcome {
         Outcome::Perforated => {
