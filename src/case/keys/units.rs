@@ -155,7 +155,7 @@ fn split(text: &str) -> Option<(f64, &str)> {
     let is_number = |(at, _): &(usize, char)| text[..*at].parse().is_ok_and(f64::is_finite);
     let at = match text.parse::<f64>() {
         Ok(_) => text.len(),
-        Err(_) => text.char_indices().filter(is_number).last()?.0,
+        Err(_) => text.char_indices().rfind(is_number)?.0,
     };
     Some((text[..at].parse().ok().filter(|number: &f64| number.is_finite())?, text[at..].trim()))
 }
