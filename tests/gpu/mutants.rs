@@ -112,8 +112,8 @@ defects! {
             "corner_force(local, 1.0, 1.0, -1.0)" => "corner_force(local, 1.0, 1.0, 1.0)";
         "contact force halved" in "variational, compressible": "force = PI * s.arc.slope" => "force = HALF_PI * s.arc.slope";
         "upper half of the arc sine" in "variational, compressible": "HALF_PI - 2.0 * angle" => "HALF_PI - angle";
-        "sums of a row alone" in "variational, compressible": "i < INVOCATIONS; i += SIDE" => "i < SIDE; i += SIDE";
-        "elements of the next tile left out" in "several workgroups of the energy balance": "corner_force(local - SIDE, 1.0, -1.0, 1.0)" => "select(vec3<f32>(0.0), corner_force(local - SIDE, 1.0, -1.0, 1.0), local >= 2u * SIDE)";
+        "sums of a row alone" in "variational, compressible": "i < INVOCATIONS; i += side()" => "i < side(); i += side()";
+        "elements of the next tile left out" in "several workgroups of the energy balance": "corner_force(local - side(), 1.0, -1.0, 1.0)" => "select(vec3<f32>(0.0), corner_force(local - side(), 1.0, -1.0, 1.0), local >= 2u * side())";
         "slot of the last step written" in "variational, compressible": "nodes[node_word(slot_now(), 3u + a, node)] = after[a];" => "nodes[node_word(slot_before(), 3u + a, node)] = after[a];";
         "half a drift at the first step" in "variational, rigid": "u + scene.dt * after" => "u + step.kick * after";
         "rows and columns of an edge" in "variational, compressible":
