@@ -172,7 +172,7 @@ pub(crate) const TOLERANCES: [Tolerance; 43] = [
     allow("energy_balance", "load", 8.0),
     allow("energy_balance", "deflection", 3.0),
     allow("energy_balance", "support", 25.0), // impulses of two steps, and 9 of the sum
-    allow("energy_balance", "kinetic energy", 18.0), // squares of velocities that contact has rounded, and 4 of the sum
+    allow("energy_balance", "kinetic energy", 16.0), // squares of velocities, and 4 of the sum
     allow("energy_balance", "largest square of speed", 16.0 * 2.7), // of a velocity that may be the difference of larger ones
     allow("energy_balance", "momentum", 16.0 * 10.0), // velocities, that contact may have rounded ten times as much
 ];

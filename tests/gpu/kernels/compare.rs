@@ -376,7 +376,7 @@ pub(crate) fn differences(
 /// A number that is not finite stops everything after its step, on the spot.
 pub(crate) fn bad_step(device: &Device) -> Outcome {
     let scenes = super::struck::scenes();
-    for name in ["sphere on turned plies, friction", "between nodes on turned plies, with friction"] {
+    for name in ["sphere on turned plies, friction", "between nodes on turned plies, friction"] {
         let scene = scenes.iter().find(|scene| scene.name == name).ok_or("no such scene")?;
         let mut pair = Pair::new(device, scene, &Kernel::source)?;
         let mut spoilt = scene.state.clone();

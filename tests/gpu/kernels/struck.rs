@@ -92,7 +92,10 @@ const SCENES: [Struck; 26] = [
     }),
     ("between nodes beside a slit", CYLINDER, &[], &[Between, Slit], |p, _| (p.offset, p.friction) = ([0.0; 2], 0.1)),
     ("between nodes of a clamped corner", CYLINDER, &[], &[Between, Held], |p, case| corner(p, case)),
-    ("between nodes on turned plies, with friction", CYLINDER, &TURNED, &[Between], |p, case| rubbing(p, case)),
+    ("between nodes on turned plies, friction", CYLINDER, &TURNED, &[Between], |p, case| {
+        rubbing(p, case);
+        uncut(case);
+    }),
     ("sphere on turned plies, friction", SPHERE, &[TURNED[0], TURNED[1], TURNED[2], TURNED[0]], &[], |p, case| {
         rubbing(p, case)
     }),
@@ -109,8 +112,14 @@ const SCENES: [Struck; 26] = [
             case.pack.spacing = Some(0.7e-3);
         },
     ),
-    ("face of a cylinder exactly touching resting plies", CYLINDER, &TURNED, &[Resting], |_, _| {}),
+    ("face of a cylinder exactly touching resting plies", CYLINDER, &TURNED, &[Resting], |_, case| uncut(case)),
 ];
+
+/// Leaves turned plies whole, in a mesh like the first one's, where a frame would cut them.
+fn uncut(case: &mut Case) {
+    let mesh = case.pack.layup[0].mesh;
+    case.pack.layup.iter_mut().for_each(|layer| layer.mesh = mesh);
+}
 
 /// Strikes askew, spinning and rubbing.
 fn oblique(p: &mut Projectile) {

@@ -70,6 +70,8 @@ const WHOLE: Allowed = &[
     ("contact_dissipation_j", 1e-2),
     ("max_yarn_tension_n", 2e-2),
 ];
+/// Plies that fly flat store nothing: 1e-20 of 0.8 J is a rounding, and no largest value to compare with.
+const FLAT: Allowed = &[("max_deflection_mm", 1e-4), ("kinetic_energy_j", 1e-3), ("contact_dissipation_j", 1e-2)];
 /// Torn fabric is chaotic: one failure a step later moves the next. Single precision on the processor is off as much,
 /// and double-precision runs of free-impact with the hit moved by a few nanometres break 50, 52, 58, 65, 69 yarns: 38 % apart.
 const TORN: Allowed = &[
@@ -115,9 +117,6 @@ fn verification(device: &'static Device) -> Outcome {
     let mut files: Vec<PathBuf> = folder.filter(|f| f.extension().is_some_and(|e| e == "json")).collect();
     files.sort();
     assert!(files.len() >= 10, "{files:?}");
-    // To do: one or more of these differs from the processor by more than is allowed; not known yet which, or why.
-    let open = ["mass-on-drum", "corner-clamps", "standoff", "turned-in-window", "turned-swap"];
-    files.retain(|file| !open.iter().any(|name| file.to_string_lossy().contains(name)));
     let mut wrong = Vec::new();
     for file in files {
         let name = file.to_str().unwrap();
@@ -127,6 +126,7 @@ fn verification(device: &'static Device) -> Outcome {
         let (cpu, gpu) = (run(&case), run_on(device, &case));
         // On a cone contact opens and closes all along its flank.
         let (allowed, part) = match cpu.events.is_empty() {
+            true if name.contains("standoff") => (FLAT, 0.0),
             true if name.contains("cone-on-membrane") => (TEARING, 0.0),
             true => (WHOLE, 0.0),
             false => (TORN, 0.5),
