@@ -96,16 +96,23 @@ pub(crate) fn bench(arguments: &BenchArguments) -> Result<(), CommandFailure> {
     let read = |path: &Path, changes: &[String]| case::read(path, &[&LEFT_OUT.map(str::to_owned), changes].concat());
     let usual = if arguments.gpu { BackendChoice::Gpu } else { BackendChoice::Auto };
     let chosen = backend::choose(&arguments.backend, usual, None, &arguments.print)?;
-    let (mut runs, mut seconds) = (0, 0.0);
-    for path in &paths {
-        for (case, skips) in bench::plan(&|changes| read(path, changes), chosen.device.is_some())? {
-            let model = Model::<f64>::part(&case).map_err(|error| error.in_file(&path.display().to_string()))?;
-            let elements = if skips.symmetry { model.elements() } else { model.whole_elements() };
-            runs += 1;
-            seconds += run_time(elements, case.solver.end_time / model.dt);
+    if arguments.gpu {
+        for path in &paths {
+            read(path, &[])?;
         }
-    }
-    if !arguments.gpu {
+        if chosen.device.is_none() {
+            return Err(CommandFailure::expected("--gpu", "a graphics adapter", "--backend cpu or none found"));
+        }
+    } else {
+        let (mut runs, mut seconds) = (0, 0.0);
+        for path in &paths {
+            for (case, skips) in bench::plan(&|changes| read(path, changes), chosen.device.is_some())? {
+                let model = Model::<f64>::part(&case).map_err(|error| error.in_file(&path.display().to_string()))?;
+                let elements = if skips.symmetry { model.elements() } else { model.whole_elements() };
+                runs += 1;
+                seconds += run_time(elements, case.solver.end_time / model.dt);
+            }
+        }
         terminal::say(&arguments.print, &format!("note: {runs} runs, {} at most", terminal::duration(seconds)));
     }
     let (file, text): (_, fn(&Value) -> String) = if arguments.gpu { (GPU_FILE, device_text) } else { (FILE, text) };
@@ -115,11 +122,8 @@ pub(crate) fn bench(arguments: &BenchArguments) -> Result<(), CommandFailure> {
     terminal::begin_bar(&arguments.print);
     for path in paths {
         let read = |changes: &[String]| read(path, changes);
-        let one = match (&chosen.device, arguments.gpu) {
-            (None, true) => {
-                return Err(CommandFailure::expected("--gpu", "a graphics adapter", "--backend cpu or none found"));
-            }
-            (Some(device), true) => {
+        let one = match &chosen.device {
+            Some(device) if arguments.gpu => {
                 device_bench::measure(&read, device, arguments.backend.threads, &interrupted, &mut terminal::show_run)
             }
             _ => bench::measure(&read, options, &interrupted, &mut terminal::show_run),
@@ -158,6 +162,16 @@ fn word(value: &Value) -> &str {
     value.as_str().unwrap_or_default()
 }
 
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or(f64::NAN)
+}
+
+/// What was left out, a line each, and why.
+fn left_out(rows: &Value) -> String {
+    let line = |row: &Value| format!("left out: {}: {}\n", word(&row["name"]), word(&row["reason"]));
+    rows.as_array().into_iter().flatten().map(line).collect()
+}
+
 fn percent(error: &Value) -> String {
     error.as_f64().map_or_else(|| "-".to_owned(), |error| format!("{} %", short(error, 3)))
 }
@@ -165,7 +179,6 @@ fn percent(error: &Value) -> String {
 /// Table of one case, scatter of its reference, and configurations left out.
 fn text(measured: &Value) -> String {
     use Align::{Left, Right};
-    let number = |value: &Value| value.as_f64().unwrap_or(f64::NAN);
     let mut table = TextTable::plain(&[Left, Right, Right, Right, Right, Left]);
     table.row(["choice", "loop s", "M el.-steps/s", "velocity", "energy error", "outcome"]);
     for row in measured["choices"].as_array().into_iter().flatten() {
@@ -184,21 +197,17 @@ fn text(measured: &Value) -> String {
     let [title, name, outcome] = [&measured["title"], &reference["name"], &reference["outcome"]].map(word);
     let seconds = short(number(&reference["loop_s"]), 3);
     let scatter = percent(&reference["scatter_percent"]);
-    let mut out = format!(
+    format!(
         "{title}\n\nreference: {name}\n  {outcome}, {seconds} s of loop\n\n{table}\n\
          errors against the reference; !: another outcome\n\
-         a second reference, with a time step a fifth longer, differs by {scatter}: errors below it rank nothing\n"
-    );
-    for left_out in measured["skipped"].as_array().into_iter().flatten() {
-        out += &format!("left out: {}: {}\n", word(&left_out["name"]), word(&left_out["reason"]));
-    }
-    out + "\n"
+         a second reference, with a time step a fifth longer, differs by {scatter}: errors below it rank nothing\n{}\n",
+        left_out(&measured["skipped"])
+    )
 }
 
 /// Table of the scenes on a device, and its floors.
 fn device_text(measured: &Value) -> String {
     use Align::{Left, Right};
-    let number = |value: &Value| value.as_f64().unwrap_or(f64::NAN);
     let millions = |rate: &Value| rate.as_f64().map_or_else(|| "-".to_owned(), |rate| fixed(rate / 1e6, 1));
     let mut table = TextTable::plain(&[Left, Right, Right, Right, Right, Left]);
     table.row(["scene", "elements", "step µs", "M el.-steps/s", "on the CPU", "kernels µs"]);
@@ -216,14 +225,11 @@ fn device_text(measured: &Value) -> String {
     }
     let [copy, dispatch, host] =
         ["copy_gb_per_s", "dispatch_us", "host_us_per_step"].map(|name| short(number(&measured[name]), 3));
-    let mut out = format!(
-        "{}\n\n{table}\na kernel copies {copy} GB/s; a dispatch takes {dispatch} µs at least; the host records a step in {host} µs\n",
-        word(&measured["device"])
-    );
-    for left_out in measured["left_out"].as_array().into_iter().flatten() {
-        out += &format!("left out: {}: {}\n", word(&left_out["name"]), word(&left_out["reason"]));
-    }
-    out + "\n"
+    format!(
+        "{}\n\n{table}\na kernel copies {copy} GB/s; a dispatch takes {dispatch} µs at least; the host records a step in {host} µs\n{}\n",
+        word(&measured["device"]),
+        left_out(&measured["left_out"])
+    )
 }
 
 /// Runs every case and prints a line for each expectation; exit code 1 if one fails.

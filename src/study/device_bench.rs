@@ -35,7 +35,7 @@ const SWEEP_BYTES: [u64; 2] = [106, 115];
 /// Steps of a submission whose recording is timed, and submissions.
 const HOST: [u64; 2] = [64, 20];
 
-/// What `gpu.json` has of a device and a case: `device`, `floors`, `host_us_per_step`, `scenes`, `left_out`.
+/// Measurements of a device with a case, as `gpu.json` has them: floors, time of the host for a step, scenes, and scenes left out.
 ///
 /// # Errors
 /// When the case cannot be run, or the device was lost.
