@@ -245,7 +245,8 @@ impl Features {
             rotation: projectile.is_some_and(|p| !p.locked),
             plies: model.plies.len() > 1,
             graded: any(&|t| t.mesh.is_graded()),
-            frame: any(&|t| !t.mesh.frame.is_plain()),
+            // Of the whole pack: supports are numbered by it.
+            frame: model.ply_types.iter().any(|t| !t.mesh.frame.is_plain()),
         }
     }
 }
