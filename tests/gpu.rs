@@ -66,5 +66,6 @@ mod support;
 
 fn main() -> std::process::ExitCode {
     use gpu::{harness, kernels, limits, mutants, shots};
-    harness::run([shots::tests(), kernels::tests(), mutants::tests(), limits::tests()])
+    // Those that take longest first, so that no thread is left alone with one.
+    harness::run([limits::tests(), shots::tests(), kernels::tests(), mutants::tests()])
 }

@@ -28,7 +28,7 @@ const EVEN: [&str; 4] =
 /// End of a first run: a few steps [µs].
 const FIRST: f64 = 0.3;
 /// A run is long enough to be timed after this time [s], or after more steps than this.
-const SECONDS: f64 = 3.0;
+const SECONDS: f64 = 1.0;
 const STEPS: u64 = 1000;
 /// Bytes that `sweep` moves for an element in a step, with the ring around a tile; and where strength varies (docs/decisions/15).
 const SWEEP_BYTES: [u64; 2] = [106, 115];

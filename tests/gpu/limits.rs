@@ -23,10 +23,10 @@ use crate::scene::{builtin, shipped};
 /// The tests.
 pub(crate) fn tests() -> Vec<Trial> {
     vec![
+        trial("limits::bench_times_packs_and_batches_beside_the_processor", bench),
         trial("limits::a_dispatch_over_two_dimensions_gives_the_same_bits", two_dimensions),
         trial("limits::an_adapter_is_found_by_name_part_or_number", choice),
         trial("limits::a_run_leaves_the_files_of_a_run_on_the_processor", program),
-        trial("limits::bench_times_packs_and_batches_beside_the_processor", bench),
         trial("limits::an_unknown_adapter_is_3_and_info_lists_those_there_are", program_adapters),
         Trial::test("limits::too_large_for_a_binding_is_refused_with_the_memory_needed", too_large),
         Trial::test("limits::refused_before_anything_is_allocated", refused),
