@@ -1,6 +1,7 @@
 //! Adapters and devices: the graphics processors of the machine, and the choice of one.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::DeviceError;
 
@@ -79,6 +80,9 @@ pub fn choose(adapters: &[Adapter], wanted: Option<&str>) -> Result<Adapter, Dev
     })
 }
 
+/// Compiled kernels by their source and the values of its overridable constants, as bits.
+type Compiled = HashMap<(String, Vec<u64>), wgpu::ComputePipeline>;
+
 /// An open device.
 #[derive(Debug)]
 pub struct Device {
@@ -87,6 +91,7 @@ pub struct Device {
     name: String,
     hardware: bool,
     fault: Arc<Mutex<Option<String>>>,
+    compiled: Mutex<Compiled>,
 }
 
 impl Device {
@@ -152,7 +157,7 @@ impl Device {
         inner.set_device_lost_callback(move |reason, message| {
             note(&seen, format!("device lost ({reason:?}): {message}"))
         });
-        Self { inner, queue, name, hardware, fault }
+        Self { inner, queue, name, hardware, fault, compiled: Mutex::default() }
     }
 
     /// Name of the adapter.
@@ -181,6 +186,11 @@ impl Device {
     #[doc(hidden)]
     pub fn limits(&self) -> wgpu::Limits {
         self.inner.limits()
+    }
+
+    /// Kernels that were compiled for earlier scenes.
+    pub(super) fn compiled(&self) -> MutexGuard<'_, Compiled> {
+        self.compiled.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// A buffer that is copied to.

@@ -131,15 +131,16 @@ pub(super) struct Pipeline {
 }
 
 impl Pipeline {
-    /// Compiles a kernel with values of its overridable constants, and binds its buffers.
+    /// Compiles a kernel with values of its overridable constants, or takes what the device has compiled before, and binds its buffers.
     pub(super) fn new(
-        gpu: &wgpu::Device,
+        device: &Device,
         kernel: &Kernel,
-        module: &wgpu::ShaderModule,
+        source: String,
         common: &wgpu::BindGroupLayout,
         buffers: &[wgpu::Buffer],
         constants: &[(&str, f64)],
     ) -> Self {
+        let gpu = &device.inner;
         let (label, bindings) = (Some(kernel.name), kernel.bindings.iter().zip(0..));
         let storage = |((_, access), binding): (&(_, Access), u32)| {
             let ty = wgpu::BindingType::Buffer {
@@ -157,19 +158,29 @@ impl Pipeline {
         };
         let entries: Vec<_> = bindings.map(bound).collect();
         let group = gpu.create_bind_group(&wgpu::BindGroupDescriptor { label, layout: &layout, entries: &entries });
-        let pipeline_layout = gpu.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label,
-            bind_group_layouts: &[Some(common), Some(&layout)],
-            immediate_size: 0,
-        });
-        let pipeline = gpu.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label,
-            layout: Some(&pipeline_layout),
-            module,
-            entry_point: Some(kernel.name),
-            compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
-            cache: None,
-        });
+        let compile = |source: &str| {
+            let source = wgpu::ShaderSource::Wgsl(source.into());
+            let module = gpu.create_shader_module(wgpu::ShaderModuleDescriptor { label, source });
+            let pipeline_layout = gpu.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label,
+                bind_group_layouts: &[Some(common), Some(&layout)],
+                immediate_size: 0,
+            });
+            gpu.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label,
+                layout: Some(&pipeline_layout),
+                module: &module,
+                entry_point: Some(kernel.name),
+                compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
+                cache: None,
+            })
+        };
+        // A constant that the source declares and never uses changes nothing.
+        let used = constants.iter().filter(|(name, _)| source.matches(name).count() > 1);
+        let values = used.map(|(_, value)| value.to_bits()).collect();
+        let mut compiled = device.compiled();
+        let known = compiled.entry((source, values));
+        let pipeline = known.or_insert_with_key(|(source, _)| compile(source)).clone();
         Self { pipeline, group }
     }
 }

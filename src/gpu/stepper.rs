@@ -77,6 +77,9 @@ impl<'a> DeviceStepper<'a> {
         let validation = device.inner.push_error_scope(wgpu::ErrorFilter::Validation);
         let built = Self::build(device, model, sizes, source);
         let [invalid, full] = [validation, memory].map(|scope| pollster::block_on(scope.pop()));
+        if invalid.is_some() || full.is_some() {
+            device.compiled().clear();
+        }
         if let Some(error) = full {
             let adapter = device.name().to_owned();
             return Err(DeviceError::OutOfMemory { adapter, total: sizes.total(), reason: error.to_string() });
@@ -88,7 +91,7 @@ impl<'a> DeviceStepper<'a> {
     }
 
     fn build(device: &'a Device, model: &Model<f32>, sizes: Sizes, source: &dyn Fn(&Kernel) -> String) -> Self {
-        let (gpu, features) = (&device.inner, model.features());
+        let features = model.features();
         let storage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
         let buffers = BufferId::ALL.map(|id| device.buffer(id.variable(), sizes.bytes(id), storage)).to_vec();
         let common = Common::new(device, model, &sizes);
@@ -97,10 +100,6 @@ impl<'a> DeviceStepper<'a> {
         let most = device.limits().max_compute_workgroups_per_dimension;
         let mut step = Vec::new();
         for kernel in KERNELS.iter().filter(|kernel| kernel.is_in(&features)) {
-            let module = gpu.create_shader_module(wgpu::ShaderModuleDescriptor {
-                label: Some(kernel.name),
-                source: wgpu::ShaderSource::Wgsl(source(kernel).into()),
-            });
             let invocations = |count: u64| workgroups(count.div_ceil(u64::from(GROUP)), most);
             let (workgroups, together) = match kernel.extent {
                 Extent::Tiles => (workgroups(sizes.plies * sizes.tiles[0] * sizes.tiles[1], most), 1),
@@ -111,7 +110,7 @@ impl<'a> DeviceStepper<'a> {
             };
             for (ply_type, ply_types) in model.ply_types.chunks(together).enumerate() {
                 let constants = shader::constants(&Features::new(model, ply_types), &sizes);
-                let program = Pipeline::new(gpu, kernel, &module, &common.layout, &buffers, &constants);
+                let program = Pipeline::new(device, kernel, source(kernel), &common.layout, &buffers, &constants);
                 step.push(Dispatch { stage: kernel.stage, ply_type, workgroups, program });
             }
         }
