@@ -22,7 +22,7 @@ use serde_json::{Map, Value};
 /// Folder of the rows.
 const FOLDER: &str = "cases/measured";
 /// Page of the book, and where its table stands.
-const PAGE: &str = "docs/src/measured.md";
+const PAGE: &str = "docs/src/validation.md";
 const START: &str = "<!-- generated: measured limits -->\n";
 const END: &str = "<!-- /generated -->";
 /// Its picture.
@@ -130,28 +130,30 @@ pub(crate) fn table(rows: &[Row]) -> String {
             );
         }
     }
-    out += "\n| fabric, pack, projectile | measured m/s | computed m/s | ratio | computed × 0.785 | ratio | measured by |\n|---|---|---|---|---|---|---|\n";
+    out += "\n| fabric, pack, projectile | measured m/s | computed m/s | ratio | computed × 0.785 | ratio | source |\n|---|---|---|---|---|---|---|\n";
+    let mut sources: Vec<String> = Vec::new();
     for row in rows {
+        let source = format!("{}, {}", row.source, row.read);
+        let number = sources.iter().position(|known| *known == source).unwrap_or(sources.len());
+        if number == sources.len() {
+            sources.push(source);
+        }
         let kind = match row.kind.as_str() {
             "v50" => "V50, ",
-            "curve" => "value of a curve, ",
+            "curve" => "curve, ",
             "stopped" => "stopped, ",
             _ => "perforated, ",
         };
         let cells = [0, 1].map(|woven| {
-            let limit =
-                row.computed_m_s[woven].map_or("not computed".to_owned(), |limit| format!("{:.0}", v50::middle(limit)));
+            let limit = row.computed_m_s[woven].map_or("-".to_owned(), |limit| format!("{:.0}", v50::middle(limit)));
             let least = if row.kind == "perforated" { "over " } else { "" };
             format!("{limit} | {}", row.ratio(woven).map_or(String::new(), |ratio| format!("{least}{ratio:.2}")))
         });
-        out += &format!(
-            "| {} | {kind}{} | {} | {}, {} |\n",
-            row.name,
-            row.measured_m_s,
-            cells.join(" | "),
-            row.source,
-            row.read
-        );
+        out += &format!("| {} | {kind}{} | {} | {} |\n", row.name, row.measured_m_s, cells.join(" | "), number + 1);
+    }
+    out += "\nSources:\n\n";
+    for (number, source) in sources.iter().enumerate() {
+        out += &format!("{}. {source}\n", number + 1);
     }
     out
 }

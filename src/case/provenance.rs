@@ -347,7 +347,9 @@ fn value(key: &Key) -> String {
 /// The value of a key that is left out, and where it comes from.
 fn left_out(key: &Key) -> String {
     match (key.node.get("default"), key.condition("where"), key.text("or").strip_prefix('/')) {
-        _ if key.is_needed() => format!("**{}**", if key.has("group") { "one of the group" } else { "required" }),
+        _ if key.is_needed() => {
+            key.node["group"].as_str().map_or("**required**".to_owned(), |group| format!("**one gives the {group}**"))
+        }
         (Some(_), Some((other, values)), Some(or)) => {
             format!("required, or {or}, unless {other} is {}", values.join(" or "))
         }
@@ -360,9 +362,8 @@ fn left_out(key: &Key) -> String {
 /// Meaning of a key, and the keys beside which it stands.
 fn meaning(key: &Key) -> String {
     let only = key.condition("only").map(|(other, values)| format!(" Only where {other} is {}.", values.join(", ")));
-    let group = key.node["group"].as_str().map(|group| format!(" Exactly one gives the {group}."));
     let with = key.node["with"].as_str().map(|with| format!(" Only together with `{with}`."));
-    [Some(key.text("description").to_owned()), only, group, with].into_iter().flatten().collect()
+    [Some(key.text("description").to_owned()), only, with].into_iter().flatten().collect()
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Energy that the published unit-cell law makes or loses by itself.
+//! Energy that the published unit-cell law does not conserve by itself.
 //!
 //! The contact force (18) is not the slope of an energy: what its in-plane forces take up on the way to a pair of stretches, W, is not
 //! what yarns and crossover hold there, U. The share (U − W)/U is tabulated over both stretches, W along the straight way from rest.

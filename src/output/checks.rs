@@ -38,7 +38,7 @@ const UNCONVERGED_LIMIT: f64 = 1e-6;
 /// Residual of a unit cell that is rounding and no more, over the breaking load, in double and in single precision [-]: some fifty times what the
 /// iteration accepts.
 const MISSED_FOR_ROUNDING: [f64; 2] = [1e-9, 1e-4];
-/// Energy that the law itself makes or loses, over what was exchanged, that is to be looked at [-].
+/// Energy that the law itself does not conserve, over what was exchanged, that is to be looked at [-].
 const LAW_LIMIT: f64 = 0.05;
 /// Half the spread of the absorbed energy over meshes, steps and places in a cell near the limit and up to three times it, over
 /// the energy at the limit [-]: largest of `docs/src/objectivity.md`, by default and with the paper's numerics.
@@ -178,7 +178,7 @@ fn look_if(condition: bool) -> Level {
 fn end(case: &Case, run: &Run) -> Check {
     let verdict = verdict(case, run);
     let reason = match run.divergence {
-        Some(_) => "the numbers went out of hand; what came before is not to be used",
+        Some(_) => "the run became unstable; what came before is not to be used",
         None => "the run was broken off; what is shown ends there",
     };
     let (value, level) = if verdict.complete { ("complete", Level::Fine) } else { (verdict.word, Level::Bad) };
@@ -187,8 +187,8 @@ fn end(case: &Case, run: &Run) -> Check {
 
 fn gained(run: &Run) -> Check {
     let reasons = [
-        "by state functions: the step made or lost energy; compare with a lower Courant number",
-        "by state functions: the step made or lost so much energy that the result is not to be used",
+        "by state functions: the integration created or dissipated energy; compare with a lower Courant number",
+        "by state functions: the integration created or dissipated so much energy that the result is not to be used",
     ];
     let check = Check::share("energy gained", run.energy_gained, [GAINED_LIMIT, 5.0 * GAINED_LIMIT], reasons);
     check.warned_share(2, "energy that nothing accounts for", run.energy_gained.abs(), GAINED_LIMIT)
@@ -198,7 +198,7 @@ fn gained(run: &Run) -> Check {
 fn energy(run: &Run, warned: bool) -> Check {
     let reasons = [
         "more than 0.01 %, within the 2 % practitioners accept",
-        "above the 2 % practitioners accept: energy was made or lost",
+        "above the 2 % practitioners accept: energy was created or dissipated",
     ];
     let check = Check::share("work balance", run.energy_error, [NEGLIGIBLE, ENERGY_LIMIT], reasons);
     if warned { check } else { check.warned_share(2, "the energy error", run.energy_error, ENERGY_LIMIT) }
@@ -386,7 +386,7 @@ fn of_exchanged(run: &Run, energy: impl Fn(&Balance) -> f64) -> f64 {
 fn law(run: &Run) -> Check {
     let reasons = [
         "the unit-cell law gives back other energy than it takes; compare with \"law\": \"variational\"",
-        "the unit-cell law made or lost so much energy that the result is not to be used; take \"law\": \"variational\"",
+        "the unit-cell law created or dissipated so much energy that the result is not to be used; take \"law\": \"variational\"",
     ];
     let share = of_exchanged(run, |end| end.law).abs();
     Check::share("energy of the unit-cell law", share, [LAW_LIMIT, UNUSABLE], reasons)

@@ -138,7 +138,7 @@ pub fn recess(profile: &Outline, point: [f64; 3]) -> f64 {
 /// rim instead of lying against it. Within `rim_depth` (one element length) behind the rim such a node is held
 /// along the axis, as the fabric in front of it is, once it is inside the shadow of the face; its sideways
 /// penetration is measured and reported. Measured on the 155 m/s shot this halves the spread over sub-cell hit
-/// positions and brings velocities to those of finer contact sampling (docs/decisions/10).
+/// positions and brings velocities to those of finer contact sampling (docs/decisions/08).
 ///
 /// A chisel nose meets its wall in edges as sharp (55° to 90° of turn at the default angles, where a flat rim has 90°): behind each of
 /// its faces a node is held along the normal of that face, as the fabric on it is.

@@ -25,10 +25,10 @@ const NUMERICAL_PAPER: f64 = 0.115;
 /// Part that is left once a finer mesh has corrected a limit: place of the mesh and time step, the largest spread (docs/src/objectivity.md).
 const NUMERICAL_REST: f64 = 0.005;
 /// Limits computed so far over measured ones, least and largest, by the part of strength that yarns keep: as published, as woven
-/// (docs/src/measured.md).
+/// (docs/src/validation.md).
 pub const OVER_MEASURED: [(f64, [f64; 2]); 2] = [(1.0, [1.00, 1.68]), (AS_WOVEN[0], [0.85, 1.43])];
 
-/// Note on the limit of one ply (docs/src/measured.md).
+/// Note on the limit of one ply (docs/src/validation.md).
 const FRAME: &str =
     "the limit of one clamped ply belongs to its frame too: S-720 in 150, 203 and 400 mm has 165, 183 and 221 m/s";
 

@@ -249,7 +249,8 @@ fn explain_knows_every_code_by_number_and_name_and_its_threshold() {
         assert!(text.contains("means") && text.contains("to do"), "{text}");
     }
     let percent = |limit: f64| format!("above {} %", limit * 100.0);
-    let energy = [checks::GAINED_LIMIT, checks::ENERGY_LIMIT].map(percent).join(" gained or lost, or a ledger error ");
+    let energy =
+        [checks::GAINED_LIMIT, checks::ENERGY_LIMIT].map(percent).join(" created or dissipated, or an error of work ");
     for (number, text) in [
         (2, energy),
         (3, percent(checks::HOURGLASS_LIMIT)),

@@ -77,12 +77,15 @@ impl Folder {
             return assert_eq!(parse(line), Ok(()), "{place}");
         }
         let code: i32 = comment.strip_prefix("exit code ").map_or(0, |code| code.parse().unwrap());
-        let output = self.run(line);
+        let (answers, shown) = typed(shown, line.contains(" --from-sheet"));
+        fs::write(self.0.path().join("answers"), answers).unwrap();
+        let output = self.run(&format!("{line} < answers"));
         let [stdout, stderr] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
         assert_eq!(output.status.code(), Some(code), "{place}\n{stdout}\n{stderr}");
         if !shown.is_empty() {
             let got = if code == 0 { stdout } else { stderr };
-            assert_eq!(compare(shown, &got), Ok(()), "{place}\n{got}");
+            let shown: Vec<&str> = shown.iter().map(String::as_str).collect();
+            assert_eq!(compare(&shown, &got), Ok(()), "{place}\n{got}");
         }
     }
 }
@@ -99,6 +102,21 @@ fn lines(block: &Block) -> Vec<(String, Vec<&str>)> {
         }
     }
     all
+}
+
+/// Answers typed behind questions, and what is printed where answers come from a file: questions follow each other in one line.
+fn typed(shown: &[&str], asks: bool) -> (String, Vec<String>) {
+    let (mut answers, mut printed, mut questions) = (String::new(), Vec::new(), String::new());
+    for line in shown {
+        match line.split_once("):").filter(|_| asks) {
+            Some((question, answer)) => {
+                answers += &format!("{}\n", answer.trim());
+                questions += &format!("{question}): ");
+            }
+            None => printed.push(std::mem::take(&mut questions) + line),
+        }
+    }
+    (answers, printed)
 }
 
 /// Whether the program takes these arguments, without doing anything.

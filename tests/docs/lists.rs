@@ -36,7 +36,7 @@ fn keys_of_the_summary_and_columns_of_the_history() {
     let (case, run) = shot();
     let summary = output::summary(case, run, 1.0);
     let keys: Vec<&String> = summary.as_object().unwrap().keys().collect();
-    let files = page("files.md");
+    let files = page("results.md");
     assert_eq!(files.first_cells("summary.json").iter().collect::<Vec<_>>(), keys);
     assert_eq!(files.first_cells("history.csv"), COLUMNS.map(|(name, _)| name));
 }
@@ -49,7 +49,7 @@ fn files_of_a_run_and_columns_of_the_small_tables() {
     let line = format!("ripstop run {case} {sets} --quiet -o out");
     assert!(program(&line).current_dir(folder.path()).status().unwrap().success());
     let out = folder.path().join("out");
-    let files = page("files.md");
+    let files = page("results.md");
     for name in ["events.csv", "plies.csv", "profiles.csv"] {
         let text = fs::read_to_string(out.join(name)).unwrap();
         let columns: Vec<&str> = text.lines().next().unwrap().split(',').collect();
@@ -57,7 +57,7 @@ fn files_of_a_run_and_columns_of_the_small_tables() {
         let quoted: Vec<&str> = section.split('`').skip(1).step_by(2).take(columns.len()).collect();
         assert_eq!(quoted, columns, "{name}");
     }
-    let listed = files.first_cells("Files, keys and columns");
+    let listed = files.first_cells("Files");
     for entry in fs::read_dir(out).unwrap() {
         let name = entry.unwrap().file_name().into_string().unwrap();
         assert!(listed.contains(&name), "{name} of {listed:?}");

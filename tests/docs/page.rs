@@ -23,9 +23,10 @@ pub(super) struct Block {
     pub(super) at: usize,
 }
 
-/// The README, every page of the book and every decision.
+/// The README, the table of keys, every page of the book and every decision.
 pub(super) fn all() -> Vec<Page> {
-    [vec![Page::read(Path::new("README.md"))], book(), pages("docs/decisions")].into_iter().flatten().collect()
+    let readme = vec![Page::read(Path::new("README.md"))];
+    [readme, pages("docs"), book(), pages("docs/decisions")].into_iter().flatten().collect()
 }
 
 /// Every page of the book, the summary too.
@@ -49,7 +50,7 @@ pub(super) fn is_update() -> bool {
 #[track_caller]
 pub(crate) fn hold(name: &str, made: &str) {
     let start = format!("<!-- generated: {name} -->\n");
-    let mut pages = book();
+    let mut pages = all();
     pages.retain(|page| page.text.contains(&start));
     let [Page { path, text }] = &pages[..] else { panic!("{name}: in {} pages", pages.len()) };
     let (before, rest) = text.split_once(&start).unwrap();

@@ -81,7 +81,7 @@ pub(crate) fn deflection(animation: &Animation) -> Option<Figure> {
     let points = |ply: usize| animation.keyframes.iter().map(|keyframe| at(keyframe, ply)).collect();
     let lines = plies.iter().map(|ply| (format!("ply {}", animation.plies[*ply].ply + 1), points(*ply)));
     let plot = over_time(0.0, "deflection [mm]", &lines.collect::<Vec<_>>());
-    let caption = "Of fabric that hangs on an edge; debris does not count.".to_owned();
+    let caption = "Of fabric that an edge holds; debris does not count.".to_owned();
     Some(Figure::new("deflection", "Deflection", caption, Some(plot)))
 }
 
@@ -104,7 +104,7 @@ pub(crate) fn energy(run: &Run) -> Figure {
     let lines: Vec<Line> = curves.iter().map(|(name, of)| line(name, &run.history, of)).collect();
     let mut plot = over_time(top, "energy [J]", &lines);
     plot.line("ink", "sum", &line("", &run.history, sum).1);
-    let caption = "That the sum stays level means that no energy is made or lost.";
+    let caption = "A level sum means that energy is conserved.";
     Figure::new("energy", "Where the energy is", caption, Some(plot))
 }
 

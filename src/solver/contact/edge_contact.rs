@@ -21,7 +21,7 @@ use crate::solver::contact::projectile_contact::{ContactPoint, inertia_along};
 /// Compliance added to the diagonal of K, over itself in the whole scene [-]: two points that ask the same of a node share its impulse.
 ///
 /// A point close to a node has the small weight w at the far one. With this compliance s it gives the far node w/(w² + s) of
-/// its error, 1/(2√s) = 16 times at most, so that single precision rounds to what is allowed (docs/decisions/10).
+/// its error, 1/(2√s) = 16 times at most, so that single precision rounds to what is allowed (docs/decisions/08).
 pub const SHARED: f64 = 1e-3;
 /// Least pivot, over the diagonal of K [-]: below [`SHARED`], so that only rounding could reach it.
 pub const FLOOR: f64 = 1e-7;
