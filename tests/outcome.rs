@@ -4,8 +4,7 @@
 //! that is clamped, or is most of a free ply that does not outrun it, of the whole as of a quarter of a scene; a pack that nothing
 //! holds stops it at their common velocity; past an edge it has passed; a shot that stopped flies back with no more energy than the
 //! fabric had.
-//! The largest deflection is that of fabric that hangs on something: debris that flies ahead does not count. What hangs is told here by a flood
-//! from the edges over frames, which knows nothing of the solver's forest of pieces.
+//! The largest deflection is that of fabric that is held: debris that flies ahead does not count. A flood from the edges over frames finds it.
 //! Red when: a yarn is counted across a cut, an edge holds what it does not touch, or a run ends before its outcome is known.
 
 use std::sync::atomic::AtomicBool;

@@ -110,7 +110,7 @@ pub(crate) fn bench(arguments: &BenchArguments) -> Result<(), CommandFailure> {
                 let model = Model::<f64>::part(&case).map_err(|error| error.in_file(&path.display().to_string()))?;
                 let elements = if skips.symmetry { model.elements() } else { model.whole_elements() };
                 runs += 1;
-                seconds += run_time(elements, case.solver.end_time / model.dt);
+                seconds += run_time(model.plies.len(), elements, case.solver.end_time / model.dt);
             }
         }
         terminal::say(&arguments.print, &format!("note: {runs} runs, {} at most", terminal::duration(seconds)));
