@@ -9,6 +9,8 @@ use super::shader::{Access, Kernel};
 use super::stepper::BATCH;
 use crate::model::Model;
 
+/// Compiled kernels that a device keeps at most: some scenes of eight.
+const KEPT: usize = 64;
 const UNIFORM: wgpu::BufferUsages = wgpu::BufferUsages::UNIFORM;
 
 /// Group 0: constants of a ply type, step, plies, grid lines, energy of a law, and shots.
@@ -179,6 +181,9 @@ impl Pipeline {
         let used = constants.iter().filter(|(name, _)| source.matches(name).count() > 1);
         let values = used.map(|(_, value)| value.to_bits()).collect();
         let mut compiled = device.compiled();
+        if compiled.len() >= KEPT {
+            compiled.clear();
+        }
         let known = compiled.entry((source, values));
         let pipeline = known.or_insert_with_key(|(source, _)| compile(source)).clone();
         Self { pipeline, group }
