@@ -1,5 +1,5 @@
 // energy_balance: sums of energy, momentum and counts over the pack at the end of a step, and the state of the projectile.
-//   in      nodes     array<f32>           displacement [m], velocity [m/s], by slots
+//   in/out  nodes     array<f32>           displacement [m], velocity [m/s], by slots; what clay took, from 0 again
 //   in      cells     array<u32>           elements, see `cells`
 //   in/out  tiles     array<f32>  (T, 14)  sums of the tiles, from 0 again
 //   in/out  contact_work  array<f32>  (5, N)   of contact between plies, since the last sample: lost, lost to friction, work of moving nodes
@@ -8,10 +8,10 @@
 //   in/out  supports  array<f32>  (S, 3)   impulse of the supports, from 0 again [N·s]
 //   in/out  bodies    array<Body>          their sums begin at 0 again
 //   in      status    array<u32>           counters
-//   out     samples   array<u32>  (slots, shots that run, groups·26 + 73)
+//   out     samples   array<u32>  (slots, shots that run, groups·28 + 73)
 // Twin: src/solver/energy_balance.rs
 
-@group(1) @binding(0) var<storage, read> nodes: array<f32>;
+@group(1) @binding(0) var<storage, read_write> nodes: array<f32>;
 @group(1) @binding(1) var<storage, read> cells: array<u32>;
 @group(1) @binding(2) var<storage, read_write> tiles: array<f32>;
 @group(1) @binding(3) var<storage, read_write> contact_work: array<f32>;
@@ -26,7 +26,7 @@ const BODY_ORIENTATION: u32 = 3u;
 const BODY_SUMS: u32 = 10u;
 const BODY_NOSE: u32 = 13u;
 
-var<workgroup> sums: array<f32, 1690>; // 26 sums of 64 parts, in rows of 65
+var<workgroup> sums: array<f32, 1820>; // 28 sums of 64 parts, in rows of 65
 
 /// Whether a point lies ahead of the body's widest section, or of the faces of its chisel nose, and within its shadow.
 fn ahead(arm: vec3<f32>) -> bool {
@@ -109,6 +109,11 @@ fn add_node(ply: u32, node: u32, place: vec2<u32>) {
     part[FASTEST] = max(part[FASTEST], square);
     let momentum = mass * to_pack(ply, v);
     for (var a = 0u; a < 3u; a++) { part[MOMENTUM + a] += momentum[a]; }
+    if (has_clay(ply)) {
+        part[CLAY_DEPTH] = max(part[CLAY_DEPTH], nodes[clay_word(CRATER, node)]);
+        part[CLAY_WORK] += nodes[clay_word(INTO_CLAY, node)];
+        nodes[clay_word(INTO_CLAY, node)] = 0.0;
+    }
     if (PLIES) {
         for (var i = 0u; i < 3u; i++) { part[PLY_LOSS + i] += contact_work[i * n + node]; }
         part[WORK] += contact_work[3u * n + node];
@@ -142,7 +147,7 @@ fn energy_balance(id: Invocation) {
         if (!is_node(ply, place)) { continue; }
         add_node(ply, node, place);
     }
-    let rim = select(2u * (scene.columns + scene.rows + 2u), ply_nodes, FRAME);
+    let rim = select(2u * (scene.columns + scene.rows + 2u), ply_nodes, FRAME || BACKING);
     for (var i = 3u * begin; i < 3u * rim; i += select(3u * stride - 2u, 1u, i % 3u < 2u)) {
         part[SUPPORT + i % 3u] += supports[3u * ply_number(ply) * rim + i];
         supports[3u * ply_number(ply) * rim + i] = 0.0;

@@ -32,12 +32,32 @@ fn mark(ply: u32, place: vec2<u32>, displacement: vec3<f32>, speed: f32) {
     }
 }
 
+/// Velocity that clay takes of a node of displacement `u` [m], velocity `v` and, after its forces, `free`, all along the normal [m/s]. Plastic:
+/// for the part of the step that is deeper than the crater, it stops what goes there at most, and throws nothing back.
+fn taken_by_clay(ply: u32, place: vec2<u32>, u: f32, v: f32, free: f32) -> f32 {
+    let node = node_at(ply, place);
+    let depth = u - plies[ply].clay_gap;
+    let crater = max(nodes[clay_word(CRATER, node)], depth);
+    let most = step.kick * plies[ply].clay_rate;
+    let into = max((depth - crater) * (1.0 / scene.dt) + free, 0.0);
+    let taken = into * most / max(free, most);
+    nodes[clay_word(CRATER, node)] = crater;
+    nodes[clay_word(TAKEN, node)] = taken;
+    if (0.0 < taken) {
+        let impulse = node_mass(ply, place) * taken;
+        nodes[clay_word(INTO_CLAY, node)] += 0.5 * impulse * (v + (free - taken));
+        add_support(ply, place, vec3<f32>(0.0, 0.0, -impulse));
+    }
+    return taken;
+}
+
 /// Moves a node of displacement `u` [m] and velocity `v` [m/s] by its internal force [N], and books the work that the force does in half a
 /// step before and after.
 fn move_node(ply: u32, place: vec2<u32>, u: vec3<f32>, v: vec3<f32>, force: vec3<f32>) {
     let node = node_at(ply, place);
     let inverse = inverse_mass(ply, place);
-    let after = v + step.kick * force * inverse;
+    var after = v + step.kick * force * inverse;
+    if (has_clay(ply)) { after.z -= taken_by_clay(ply, place, u.z, v.z, after.z); }
     let moved = u + scene.dt * after;
     for (var a = 0u; a < 3u; a++) {
         nodes[node_word(slot_now(), a, node)] = moved[a];

@@ -39,9 +39,18 @@ struct Ply {
     longest: f32,
     /// Row of the table of lines where the shares of the nodes of its type begin.
     shares_row: u32,
-    pad0: u32,
-    pad1: u32,
+    /// Gap to the clay behind it [m], and the pressure of that over its areal density [m/s²]; 0: there is none.
+    clay_gap: f32,
+    clay_rate: f32,
 }
+
+// Numbers of a node of a ply with clay behind it, after its vectors.
+/// Depth of the crater behind it [m].
+const CRATER: u32 = 0u;
+/// Velocity that the clay took in this step [m/s].
+const TAKEN: u32 = 1u;
+/// Energy that it took since the last sample [J].
+const INTO_CLAY: u32 = 2u;
 
 /// Set beside the element that a node is over where it is inside it, closer than the two plies touch.
 const PENETRATING: u32 = 0x80000000u;
@@ -200,3 +209,16 @@ fn vector_in(slot: u32, field: u32, node: u32) -> vec3<f32> {
 
 /// Vector of a node in the slot that this step writes.
 fn node_vector(field: u32, node: u32) -> vec3<f32> { return vector_in(slot_now(), field, node); }
+
+/// Place of such a number of a node, behind both slots.
+fn clay_word(which: u32, node: u32) -> u32 { return node_word(2u, which, node); }
+
+/// Whether clay stands behind a ply.
+fn has_clay(ply: u32) -> bool { return BACKING && 0.0 < plies[ply].clay_rate; }
+
+/// Velocity of a node before the forces of this step, less what clay took since, which is no force [m/s].
+fn velocity_before(ply: u32, node: u32) -> vec3<f32> {
+    let v = vector_in(slot_before(), 3u, node);
+    if (!has_clay(ply)) { return v; }
+    return v - vec3<f32>(0.0, 0.0, nodes[clay_word(TAKEN, node)]);
+}

@@ -64,7 +64,7 @@ fn ply_move(id: Invocation) {
     let inverse = inverse_mass(ply, place);
     let u = node_vector(0u, node);
     let free = node_vector(3u, node);
-    let before = vector_in(slot_before(), 3u, node);
+    let before = velocity_before(ply, node);
     let change = inverse * impulse;
     let now = free + change;
     let way = scene.dt * inverse * shift;

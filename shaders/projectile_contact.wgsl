@@ -257,7 +257,7 @@ fn account(local: u32) {
         let ply = node_ply(node);
         let place = node_place(node);
         let inverse = points[point_number(p)].inverse.xyz;
-        let pull = node_vector(3u, node) - vector_in(slot_before(), 3u, node);
+        let pull = node_vector(3u, node) - velocity_before(ply, node);
         points[point_number(p)].before = vec4<f32>(points[point_number(p)].relative.xyz - to_pack(ply, pull), 0.0);
         if (drag.w <= 0.0 && all(carried == vec3<f32>(0.0))) { continue; }
         let impulse = touches[touch_number(p)].normal.xyz * drag.w + drag.xyz + carried;

@@ -38,6 +38,8 @@ override PLIES: bool = true;
 override GRADED: bool = true;
 /// A frame cuts or holds a ply elsewhere than at the sides of its mesh.
 override FRAME: bool = true;
+/// Clay stands behind the last ply.
+override BACKING: bool = true;
 
 /// Invocations of the workgroup of contact with the projectile: more where more may touch. A card waits for memory most of the time, for
 /// all of them together; where few have work, every barrier waits for the others.

@@ -37,7 +37,10 @@ const COVERED: u32 = 22u;
 const PLY_LOSS: u32 = 23u;
 const PLY_FRICTION_WORK: u32 = 24u;
 const PLY_SEPARATION_WORK: u32 = 25u;
-const SUMS: u32 = 26u;
+/// Taken by clay behind the pack [J], and its deepest crater [m].
+const CLAY_WORK: u32 = 26u;
+const CLAY_DEPTH: u32 = 27u;
+const SUMS: u32 = 28u;
 
 /// Elements of a tile that `sweep` computes, one an invocation.
 const INVOCATIONS: u32 = 256u;
@@ -52,9 +55,9 @@ fn tile_counts() -> vec2<u32> { return (vec2<u32>(scene.rows, scene.columns) + o
 fn tile_sum(ply: u32, tile: u32, which: u32) -> u32 { return (ply_number(ply) * tile_counts().x * tile_counts().y + tile) * TILE_SUMS + which; }
 
 /// Sums of an invocation.
-var<private> part: array<f32, 26>;
+var<private> part: array<f32, 28>;
 
 /// A number added to another, or the larger of both.
 fn joined(which: u32, a: f32, b: f32) -> f32 {
-    return select(a + b, max(a, b), which == DEFLECTION || which == TENSION || which == LOAD || which == FASTEST);
+    return select(a + b, max(a, b), which == DEFLECTION || which == TENSION || which == LOAD || which == FASTEST || which == CLAY_DEPTH);
 }

@@ -1,9 +1,9 @@
-// supports: impulse of the held nodes: those on the sides of each ply, in a frame any. Needs `supports`.
+// supports: impulse of the held nodes: those on the sides of each ply, in a frame any, as of those that clay resists. Needs `supports`.
 // Twin: the `support` sums of src/solver/node_update.rs
 
-/// Number of a node of a ply's rim; in a frame of a node of the pack.
+/// Number of a node of a ply's rim; in a frame, or with clay behind it, of a node of the pack.
 fn rim_index(ply: u32, place: vec2<u32>) -> u32 {
-    if (FRAME) { return node_at(ply, place); }
+    if (FRAME || BACKING) { return node_at(ply, place); }
     let across = scene.columns + 1u;
     let along = scene.rows + 1u;
     let first = ply_number(ply) * 2u * (across + along);

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use rayon::ThreadPoolBuilder;
-use ripstop::case::Case;
+use ripstop::case::{Backing, BackingMaterial, Case};
 use ripstop::output::{CHECKPOINT, CheckpointWriter, Folder};
 use ripstop::run::checkpoint::{Checkpoint, Checkpointable, FORMAT, Header};
 use ripstop::run::{self, Observer, Options, Run, RunError, RunScalar, Simulation, Skips};
@@ -114,6 +114,10 @@ fn a_pack_goes_on_bit_by_bit() {
 fn a_quarter_of_a_scene_goes_on_to_its_outcome() {
     let run = resumes_equal::<f64>(&quarter(), 100, 5);
     assert_eq!((run.planes.copies(), run.stop_time.is_some()), (4, true));
+    let mut backed = quarter();
+    backed.backing = Some(Backing { material: BackingMaterial::Clay, gap: 0.05e-3, pressure: 5e6 });
+    let run = resumes_equal::<f32>(&backed, 100, 7);
+    assert!(run.history.last().unwrap().balance.crater > 0.2e-3, "{:?}", run.history.last());
 }
 
 #[test]

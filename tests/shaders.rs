@@ -168,7 +168,7 @@ fn pipelines_and_bindings_fit_together_for_every_kind_of_scene() {
         let model = Model::<f32>::new(&case).unwrap();
         DeviceStepper::new(&device, &model).map(|_| ()).unwrap_or_else(|e| panic!("{}: {e}", case.title));
         let broken =
-            |kernel: &Kernel| kernel.source().replace("var<storage, read> nodes", "var<storage, read_write> nodes");
+            |kernel: &Kernel| kernel.source().replace("var<storage, read> cells", "var<storage, read_write> cells");
         let refused = DeviceStepper::with_sources(&device, &model, 1, &broken);
         assert!(refused.is_err(), "a binding that does not fit is refused");
     }

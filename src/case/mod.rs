@@ -16,6 +16,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_json::Value;
 
+mod backing;
 mod changes;
 mod error;
 mod fabric;
@@ -28,6 +29,7 @@ mod read;
 mod solver;
 mod variability;
 
+pub use backing::{Backing, BackingMaterial};
 pub use changes::{BuiltInFabric, CaseBuilder, builtin_fabric, with_velocity};
 pub use error::CaseError;
 pub use fabric::{Compression, Crossover, Fabric, Law, MembraneForce, Shear, ShearModulus, Yarn};
@@ -73,6 +75,10 @@ pub struct Case {
     pub fabric: Fabric,
     /// Plies, size, edges and initial state.
     pub pack: Pack,
+    /// Block behind the pack; null or absent: there is none.
+    ///
+    /// Left out: nothing stands behind the pack.
+    pub backing: Option<Backing>,
     /// Body that strikes the pack; null or absent: none does.
     ///
     /// Left out: nothing strikes the pack.
@@ -149,6 +155,7 @@ impl Case {
         let (variability, projectile) = (self.variability.as_mut(), self.projectile.as_ref());
         variability.map_or(Ok(()), |variability| variability.complete(projectile, record))?;
         self.complete_pack(record)?;
+        self.check_backing()?;
         self.complete_end(record)?;
         self.output.check()?;
         self.expect.iter_mut().enumerate().try_for_each(|(index, expect)| expect.complete(index, record))
@@ -224,7 +231,7 @@ fn at_most(count: f64, pointer: &str, place: &str, found: impl Fn() -> String) -
 fn check_limits(case: &Case) -> Result<(), CaseError> {
     let count = sum(case, |elements, _| elements);
     at_most(count, "/pack", "over all plies", || format!("{count:.2e} elements"))?;
-    let critical = case.layers().iter().map(critical_step).fold(f64::INFINITY, f64::min);
+    let critical = case.layers().iter().map(critical_step).fold(case.clay_step(), f64::min);
     let step = case.solver.courant * critical;
     let steps = (case.solver.end_time / step).ceil();
     if steps > MAX_STEPS {

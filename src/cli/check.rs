@@ -13,7 +13,7 @@ use ripstop::model::unit_cell_curve::{self, CurveLaw, CurvePoint};
 use ripstop::num::simd::Vectors;
 use ripstop::output::checks::case_warnings;
 use ripstop::output::number::{bytes, grouped, short, us};
-use ripstop::output::report::held;
+use ripstop::output::report::{behind, held};
 use ripstop::output::warnings::assumed_fields;
 use ripstop::output::{areal_density, symmetry};
 use ripstop::run::{Sample, Simulation, Skips};
@@ -247,6 +247,7 @@ fn the_run(case: &Case, simulation: &Simulation<f64>, elements: u64) -> (TextTab
         ("elements", format!("{}: {}", grouped(elements), symmetry(model.planes))),
         ("element-steps", format!("{} at most", grouped(elements.saturating_mul(steps)))),
         ("held", held(case)),
+        ("behind the pack", behind(case)),
         (
             "run time",
             format!("{} s at most, at {each} µs an element-step, threads: {threads}", short(seconds, 2)),

@@ -4,7 +4,7 @@ use super::DeviceError;
 use super::layout::{
     BODY_WORDS, CONTACT_GROUPS, CONTACT_WORDS, CONTACT_WORK_FIELDS, EVENT_WORDS, IMPULSE_FIELDS, INVOCATIONS,
     LINES_ACROSS, Line, NODE_FIELDS, POINT_WORDS, REACH_WORDS, SHOTS, STATE_SLOTS, STATUS_WORDS, STRENGTH_FIELDS,
-    TOUCH_WORDS, cell, sum, texture_rows,
+    TOUCH_WORDS, cell, clay, sum, texture_rows,
 };
 use crate::model::Model;
 
@@ -52,7 +52,7 @@ macro_rules! buffers {
 }
 
 buffers! {
-    /// Displacement and velocity, shape (slots, 6, nodes).
+    /// Displacement and velocity, shape (slots, 6, nodes); then, with clay behind the pack, what that has of a node, shape (3, nodes).
     Nodes = "nodes",
     /// What elements keep from step to step, shape (slots, 7, elements); then strengths, shape (2, elements), where those vary.
     Cells = "cells",
@@ -107,7 +107,9 @@ pub struct Sizes {
     pub tiles: [u64; 2],
     /// Places for nodes.
     pub nodes: u64,
-    /// Nodes that may be held: those on the edges of the plies, in a frame all.
+    /// Numbers of a node; see [`BufferId::Nodes`].
+    pub node_fields: u64,
+    /// Nodes that may be held: those on the edges of the plies; in a frame, and with clay behind the pack, all.
     pub edge_nodes: u64,
     /// Rows of the texture of grid lines.
     pub texture_rows: u64,
@@ -124,7 +126,7 @@ pub struct Sizes {
 impl Sizes {
     /// Sizes for one shot of a model.
     pub fn new(model: &Model<f32>) -> Self {
-        let grid = &model.grid;
+        let (grid, features) = (&model.grid, model.features());
         let nodes = (model.plies.len() * model.nodes_per_ply()) as u64;
         let per_ply = grid.rows * grid.columns;
         let most = (BALANCE_GROUPS / grid.plies).max(1);
@@ -148,7 +150,8 @@ impl Sizes {
             tile_rows,
             tiles: [tiles(grid.rows, tile_rows), tiles(grid.columns, INVOCATIONS / tile_rows)],
             nodes,
-            edge_nodes: match model.features().frame {
+            node_fields: STATE_SLOTS * NODE_FIELDS + if features.backing { clay::CLAY_FIELDS as u64 } else { 0 },
+            edge_nodes: match features.frame || features.backing {
                 true => nodes,
                 false => (grid.plies * 2 * (grid.columns + grid.rows + 2)) as u64,
             },
@@ -188,7 +191,7 @@ impl Sizes {
         let mask_words = self.nodes.div_ceil(32);
         let members = MEMBERS * self.constraints;
         match name {
-            BufferId::Nodes => [STATE_SLOTS * NODE_FIELDS, self.nodes],
+            BufferId::Nodes => [self.node_fields, self.nodes],
             BufferId::Cells => [self.cell_fields, self.elements],
             BufferId::Tiles => [1, sum::TILE_SUMS as u64 * self.plies * self.tiles[0] * self.tiles[1]],
             BufferId::ContactWork => [CONTACT_WORK_FIELDS, meeting],

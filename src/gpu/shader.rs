@@ -128,7 +128,7 @@ pub const KERNELS: [Kernel; 8] = kernels! {
     // Sums of energy, momentum and counts.
     EnergyBalance "energy_balance" Balance
         ["cells", "sums", "projectile_shape", "rigid_body"]
-        {Nodes Read, Cells Read, Tiles Write, ContactWork Write, Supports Write, Body Write, Status Write,
+        {Nodes Write, Cells Read, Tiles Write, ContactWork Write, Supports Write, Body Write, Status Write,
          Samples Write};
 };
 
@@ -157,7 +157,7 @@ const WITHIN: f64 = 1e-3;
 const SHARE_UNIT: u32 = 1 << 20;
 
 /// Values of the pipeline-overridable constants, by name.
-pub fn constants(features: &Features, sizes: &Sizes) -> [(&'static str, f64); 20] {
+pub fn constants(features: &Features, sizes: &Sizes) -> [(&'static str, f64); 21] {
     let flag = |yes: bool| f64::from(u8::from(yes));
     [
         ("ROUNDOFF_TOLERANCE", NOISE),
@@ -178,6 +178,7 @@ pub fn constants(features: &Features, sizes: &Sizes) -> [(&'static str, f64); 20
         ("PLIES", flag(features.plies)),
         ("GRADED", flag(features.graded)),
         ("FRAME", flag(features.frame)),
+        ("BACKING", flag(features.backing)),
         ("WIDTH", f64::from(sizes.contact_group)),
         ("TILE_ROWS", f64::from(sizes.tile_rows)),
     ]

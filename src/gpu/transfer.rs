@@ -68,7 +68,10 @@ impl DeviceStepper<'_> {
 
     /// Puts the state of a shot on cleared buffers of the device.
     pub(crate) fn upload_shot(&mut self, shot: usize, model: &Model<f32>, state: &State<f32>) {
-        let nodes = planes(&state.nodes, 0..node::COUNT, 0, self.grid.columns + 1).repeat(STATE_SLOTS as usize);
+        let plane = |fields| planes(&state.nodes, fields, 0, self.grid.columns + 1);
+        let mut nodes = plane(0..node::COUNT).repeat(STATE_SLOTS as usize);
+        nodes.extend(plane(node::COUNT..state.nodes.fields));
+        nodes.resize((self.sizes.node_fields * self.sizes.nodes) as usize, 0.0);
         self.write_shot(BufferId::Nodes, shot, bytemuck::cast_slice(&nodes));
         self.write_shot(BufferId::Cells, shot, &self.cells(model, &state.elements));
         let mut counters = vec![0; STATUS_WORDS];
@@ -146,8 +149,11 @@ impl DeviceStepper<'_> {
         for (name, words) in names.iter().zip(self.read_shot(&names, shot)?) {
             match name {
                 BufferId::Nodes => {
-                    let words = &words[slot * node::COUNT * self.sizes.nodes as usize..];
-                    set_planes(&mut state.nodes, 0..node::COUNT, 0, columns + 1, bytemuck::cast_slice(words));
+                    let crater = node::COUNT..state.nodes.fields;
+                    for (slot, fields) in [(slot, 0..node::COUNT), (STATE_SLOTS as usize, crater)] {
+                        let words = &words[slot * node::COUNT * self.sizes.nodes as usize..];
+                        set_planes(&mut state.nodes, fields, 0, columns + 1, bytemuck::cast_slice(words));
+                    }
                 }
                 BufferId::Cells => {
                     let count = self.sizes.elements as usize;

@@ -12,7 +12,7 @@ pub mod ply_type;
 pub mod time_step;
 pub mod unit_cell_curve;
 
-use crate::case::{Case, CaseError, ContactSampling, Law, Symmetry};
+use crate::case::{Backing, Case, CaseError, ContactSampling, Law, Symmetry};
 use crate::num::scalar::Scalar;
 use crate::physics::arc_length::MAX_TERMS;
 use crate::physics::projectile_body::Body;
@@ -45,6 +45,8 @@ pub struct Model<S> {
     pub edges: bool,
     /// Coulomb coefficient between plies [-].
     pub ply_friction: f64,
+    /// Block behind the last ply.
+    pub backing: Option<Backing>,
     /// Whether everything is at rest until the projectile touches it.
     pub at_rest: bool,
     /// Mirror planes that the scene is cut at: all of the above is the part at x ≥ 0, y ≥ 0.
@@ -107,7 +109,8 @@ impl<S: Scalar> Model<S> {
         let ply_type = |layer| PlyType::new(case, layer, planes);
         let ply_types = layers.iter().map(ply_type).collect::<Result<Vec<_>, _>>()?;
         let bounds = ply_types.iter().map(|ply_type| ply_type.bound);
-        let bound = bounds.reduce(|a, b| if b.critical_step < a.critical_step { b } else { a }).unwrap_or_default();
+        let clay = StepBound { critical_step: case.clay_step(), set_by: "clay behind the pack" };
+        let bound = bounds.fold(clay, |a, b| if b.critical_step < a.critical_step { b } else { a });
         let still = layers.iter().all(|layer| layer.initial_velocity == [0.0; 3]);
         let grid = Grid::new(plies.len(), ply_types.iter().map(|ply_type| &ply_type.mesh));
         Ok(Self {
@@ -118,6 +121,7 @@ impl<S: Scalar> Model<S> {
             edges: case.solver.contact_sampling == ContactSampling::Edges
                 && projectile.as_ref().is_some_and(|body| body.body.profile.has_round_rim()),
             ply_friction: case.pack.friction,
+            backing: case.backing,
             at_rest: still && case.pack.initial_deflection.is_none() && case.pack.pretension.is_none(),
             ply_types,
             plies,
@@ -153,6 +157,12 @@ impl<S: Scalar> Model<S> {
     /// The ply type of a ply.
     pub fn ply_type(&self, ply: usize) -> &PlyType<S> {
         &self.ply_types[self.plies[ply].ply_type]
+    }
+
+    /// Gap [m] to the clay behind a ply, the last one, and its pressure over the areal density of the ply [m/s²].
+    pub fn clay(&self, ply: usize) -> Option<[f64; 2]> {
+        let backing = self.backing.filter(|_| ply + 1 == self.plies.len());
+        backing.map(|clay| [clay.gap, clay.pressure / self.ply_type(ply).areal_density])
     }
 
     /// Rounding of the energy of a pack at rest [J].
@@ -223,6 +233,8 @@ pub struct Features {
     pub graded: bool,
     /// A frame cuts or holds a ply elsewhere than at the sides of its mesh.
     pub frame: bool,
+    /// Clay stands behind the last ply.
+    pub backing: bool,
 }
 
 impl Features {
@@ -247,6 +259,7 @@ impl Features {
             graded: any(&|t| t.mesh.is_graded()),
             // Of the whole pack: supports are numbered by it.
             frame: model.ply_types.iter().any(|t| !t.mesh.frame.is_plain()),
+            backing: model.backing.is_some(),
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::breakage::{Breakage, clearance};
 use super::number::{fraction, grouped, short};
 use super::summary::{residual_velocity, verdict};
-use super::warnings::{Warning, areal_density, assumed, mass, warning};
+use super::warnings::{Warning, areal_density, assumed, fibre, mass, warning};
 use crate::case::{Case, ContactSampling, Motion, Numerics, Shape};
 use crate::physics::projectile_body::Body;
 use crate::run::Run;
@@ -110,8 +110,8 @@ pub fn case_warnings(case: &Case) -> Vec<Warning> {
 /// Warnings after a run, in order of code.
 pub fn warnings(case: &Case, checks: &[Check]) -> Vec<Warning> {
     let found = checks.iter().filter_map(|check| check.warning.clone());
-    let mut all: Vec<Warning> =
-        assumed(case).into_iter().chain(mass(case)).chain(areal_density(case)).chain(found).collect();
+    let of_case = [assumed(case), mass(case), areal_density(case), fibre(case)];
+    let mut all: Vec<Warning> = of_case.into_iter().flatten().chain(found).collect();
     all.sort_by_key(|warning| warning.kind.code);
     all
 }

@@ -26,7 +26,7 @@ pub(crate) fn number(value: f64) -> String {
 pub type HistoryColumn = (&'static str, fn(&Sample) -> f64);
 
 /// Columns of `history.csv`, in order.
-pub const COLUMNS: [HistoryColumn; 26] = [
+pub const COLUMNS: [HistoryColumn; 28] = [
     ("time_us", |s| s.time * 1e6),
     ("projectile_velocity_m_s", |s| s.projectile_velocity),
     ("projectile_displacement_mm", |s| s.projectile_displacement * 1e3),
@@ -53,6 +53,8 @@ pub const COLUMNS: [HistoryColumn; 26] = [
     ("law_energy_j", |s| s.balance.law),
     ("last_ply_deflection_mm", |s| s.last_deflection * 1e3),
     ("ply_separation_j", |s| s.balance.separation),
+    ("backing_energy_j", |s| s.balance.backing),
+    ("crater_depth_mm", |s| s.balance.crater * 1e3),
 ];
 
 /// The column of a name.

@@ -13,6 +13,9 @@ use crate::run::outcome::Outcome;
 use crate::run::{PlySample, Run, Sample};
 use crate::solver::Divergence;
 
+/// Depth of a crater in clay that NIJ 0101.06 accepts [m].
+const SIGNATURE_LIMIT: f64 = 44e-3;
+
 /// The summary of a run. `wall_seconds`: time since the command began [s].
 ///
 /// Numbers that are not finite become `null`.
@@ -49,6 +52,11 @@ pub fn residual_velocity(case: &Case, run: &Run) -> Option<f64> {
     }
 }
 
+/// Depth of the deepest crater in the clay behind a pack [m]; `None` without clay, or where the projectile went through.
+fn backface_signature(case: &Case, run: &Run) -> Option<f64> {
+    case.backing.filter(|_| run.outcome != Outcome::Perforated).map(|_| peak(run, |row| row.balance.crater))
+}
+
 fn peak(run: &Run, quantity: fn(&Sample) -> f64) -> f64 {
     run.history.iter().map(quantity).fold(0.0, f64::max)
 }
@@ -72,6 +80,7 @@ fn result(case: &Case, run: &Run) -> Value {
         "max_penetration_mm": run.max_penetration * 1e3,
         "max_ply_penetration_mm": run.max_ply_penetration * 1e3,
         "last_ply_deflection_mm": peak(run, |s| s.last_deflection) * 1e3,
+        "backface_signature_mm": backface_signature(case, run).map(|depth| depth * 1e3),
         "perforated_plies": last.perforated_plies,
         "plies": plies(run),
         "peak_yarn_tension_n": peak(run, |s| s.balance.max_tension),
@@ -85,6 +94,7 @@ fn result(case: &Case, run: &Run) -> Value {
         "energy_gained": run.energy_gained,
         "law_energy_j": last.balance.law,
         "ply_separation_j": last.balance.separation,
+        "backing_energy_j": last.balance.backing,
         "viscous_dissipation_j": last.balance.viscous,
         "momentum_error": run.momentum_error,
         "hourglass_fraction": run.hourglass_fraction,
@@ -192,6 +202,10 @@ pub fn margins(case: &Case, run: &Run) -> Vec<(&'static str, String, String)> {
     all.push(("highest load of a yarn", format!("{load} %"), "of its breaking load".to_owned()));
     let back = short(1e3 * peak(run, |row| row.last_deflection), 3);
     all.push(("back-face deflection", format!("{back} mm"), String::new()));
+    all.extend(backface_signature(case, run).map(|depth| {
+        let of = format!("in an assumed clay; NIJ 0101.06 accepts {} mm", short(1e3 * SIGNATURE_LIMIT, 3));
+        ("back-face signature", format!("{} mm", short(1e3 * depth, 3)), of)
+    }));
     let broken = Breakage::of(case, run);
     let [total, warp, weft] = [broken.yarns.iter().sum(), broken.yarns[0], broken.yarns[1]].map(|n| grouped(n as u64));
     let [pieces, hit, edges, elsewhere] =
@@ -265,6 +279,7 @@ impl Energies {
         let mut also = |name, energy, counts: bool| shares.extend(counts.then_some((name, energy)));
         also("unit-cell law", -end.law, end.law != 0.0);
         also("ply separation", -end.separation, end.separation != 0.0);
+        also("clay behind the pack", end.backing, end.backing != 0.0);
         also("gained by the projectile", -absorbed, absorbed < -least);
         also("taken by the drive", -end.external, end.external < -least);
         let found: f64 = shares.iter().map(|share| share.1).sum();

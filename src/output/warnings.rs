@@ -1,15 +1,19 @@
-//! Numbered warnings, `W1` to `W8`. A code and a name, once given, stay. [`super::checks`] decides which of them a run calls for.
+//! Numbered warnings, `W1` to `W9`. A code and a name, once given, stay. [`super::checks`] decides which of them a run calls for.
 
 use serde::Serialize;
 
 use super::breakage::is_missed;
 use super::number::short;
-use crate::case::{Case, CaseError, Field, Layer, Motion};
+use crate::case::{Case, CaseError, Field, Layer, Motion, Yarn};
 
 /// Mean densities a projectile may have [kg/m³]: from light plastics to osmium.
 const DENSITY_LIMITS: [f64; 2] = [900.0, 22_600.0];
 /// Difference of a given areal density from that of the yarns, over the latter, that is pointed out, and that is refused [-].
 const AREAL_LIMITS: [f64; 2] = [0.05, 0.25];
+/// Densities of textile fibres [kg/m³]: polyethylene has 970, basalt 2800.
+const FIBRE_DENSITIES: [f64; 2] = [900.0, 3000.0];
+/// Stress at break that no fibre has [Pa]: the strongest, of PBO and of carbon, break at 6 to 7 GPa.
+const STRONGEST: f64 = 8e9;
 /// Difference of a given mass from that of the given density, over the latter [-].
 const DENSITY_TOLERANCE: f64 = 0.05;
 
@@ -77,6 +81,25 @@ pub(super) fn areal_density(case: &Case) -> Option<Warning> {
     Some(warning(7, given, yarns, format!("a ply of {} g/m² has yarns of {} g/m²", short(given, 4), short(yarns, 4))))
 }
 
+/// Warning of a fibre that there is not.
+pub(super) fn fibre(case: &Case) -> Option<Warning> {
+    let of_layer = |layer: &Layer| {
+        let (density, [lightest, densest]) = (layer.fabric.fibre_density, FIBRE_DENSITIES);
+        let limit = density.clamp(lightest, densest);
+        let message = format!("a fibre of {density:.0} kg/m³: textile fibres have {lightest:.0} to {densest:.0}");
+        let off_density = (density != limit).then(|| warning(9, density, limit, message));
+        let stress = |yarn: &Yarn| {
+            let linear = yarn.breaking_strain().map(|_| yarn.failure_strain * yarn.modulus);
+            yarn.curve.last().map(|point| point[1]).or(linear).unwrap_or(0.0)
+        };
+        let stress = [&layer.fabric.warp, &layer.fabric.weft].map(stress).into_iter().fold(0.0, f64::max);
+        let [found, most] = [stress, STRONGEST].map(|stress| stress * 1e-9);
+        let message = format!("a yarn that breaks at {} GPa: no fibre does above {most}", short(found, 3));
+        off_density.or_else(|| (found > most).then(|| warning(9, found, most, message)))
+    };
+    case.layers().iter().find_map(of_layer)
+}
+
 /// Refuses a case whose result would say nothing: a projectile that meets no fabric, a fabric that cannot weigh what it is said to.
 ///
 /// # Errors
@@ -115,7 +138,7 @@ pub struct WarningKind {
 }
 
 /// All kinds of warnings, in order of their codes.
-pub static KINDS: [WarningKind; 8] = [
+pub static KINDS: [WarningKind; 9] = [
     WarningKind { code: "W1", name: "assumed-parameters" },
     WarningKind { code: "W2", name: "energy" },
     WarningKind { code: "W3", name: "hourglass" },
@@ -124,4 +147,5 @@ pub static KINDS: [WarningKind; 8] = [
     WarningKind { code: "W6", name: "small-projectile" },
     WarningKind { code: "W7", name: "mass" },
     WarningKind { code: "W8", name: "torn-off" },
+    WarningKind { code: "W9", name: "fibre" },
 ];

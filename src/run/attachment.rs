@@ -106,8 +106,11 @@ fn held_nodes<S: Scalar>(ply_type: &PlyType<S>) -> impl Iterator<Item = (usize, 
     ply_type.nodes().filter(is_held)
 }
 
-/// Mass of the whole pack [kg] and its momentum along the normal at the start [N·s], if no clamp holds any of its plies.
+/// Mass of the whole pack [kg] and its momentum along the normal at the start [N·s], if no clamp and no clay holds any of its plies.
 pub(crate) fn free_pack<S: Scalar>(model: &Model<S>) -> Option<[f64; 2]> {
+    if model.backing.is_some() {
+        return None;
+    }
     (0..model.plies.len()).try_fold([0.0; 2], |[mass, momentum], ply| {
         let ply_type = model.ply_type(ply);
         let mesh = &ply_type.mesh;

@@ -266,8 +266,8 @@ impl DeviceShot {
             self.download(stepper, state, info.index + 1)?;
             self.record.look(case, &self.model, state);
         }
-        let kinetic = sums.add(sum::KINETIC) + solver::energy_balance::flying(body.as_ref().map(|record| &record.body));
-        if let Some(excess) = solver::energy_balance::excess(&self.record.balance, kinetic, true) {
+        let kinetic = sums.add(sum::KINETIC) + solver::divergence::flying(body.as_ref().map(|record| &record.body));
+        if let Some(excess) = solver::divergence::excess(&self.record.balance, kinetic, true) {
             // The place is looked for in the state as it is now, at most two batches later.
             if let Err(error) = self.download(stepper, state, info.index + 1) {
                 self.record.run.lost = Some(error.to_string());
@@ -313,6 +313,8 @@ impl DeviceShot {
         (balance.stored, balance.hourglass) = (sums.add(sum::STORED), sums.add(sum::HOURGLASS_NOW));
         (balance.max_tension, balance.max_load) = (sums.largest(sum::TENSION), sums.largest(sum::LOAD));
         (balance.law_energy, balance.kinetic) = (sums.add(sum::LAW_MADE), sums.add(sum::KINETIC) + half_step);
+        balance.backing += sums.add(sum::CLAY_WORK);
+        balance.crater = sums.largest(sum::CLAY_DEPTH);
         balance.momentum = [0, 1, 2].map(|a| sums.add(sum::MOMENTUM + a));
         for a in 0..3 {
             balance.support[a] += sums.add(sum::SUPPORT + a);

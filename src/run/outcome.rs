@@ -9,6 +9,8 @@
 //!   covers the projectile that can still hold it. No yarn need be broken: it may have pushed a free edge aside.
 //! - **running**: none of these by the end.
 //!
+//! With clay behind the pack, which pushes plugs against the projectile, it need not be quiet: 20 µs without fabric that covers will do.
+//!
 //! The pack is quiet where for 20 µs it has taken less than a thousandth of the momentum that projectile, or the fabric within
 //! twenty radii if that is lighter, would have at impact speed.
 //!
@@ -41,6 +43,8 @@ const QUIET: f64 = 20e-6;
 
 /// Share of the impact speed that is rest: a body held by nodes that cannot move only comes near to it.
 const REST: f64 = 1e-9;
+/// The same against clay, which resists a slow body in part, so that it only comes near to rest.
+const REST_ON_CLAY: f64 = 1e-3;
 
 /// Outcome of a shot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -85,6 +89,10 @@ pub struct Tracker {
     /// Nothing but fabric that covers speaks against a perforation.
     #[serde(skip)] // of one sample
     pub in_doubt: bool,
+    /// Clay stands behind the pack.
+    pub backed: bool,
+    /// Time since which no fabric has covered a projectile that flies forward through a pack with clay behind it [s].
+    through_since: Option<f64>,
     /// Decided so far.
     pub outcome: Outcome,
 }
@@ -117,10 +125,19 @@ impl Tracker {
         }
         let normal = body.velocity.z;
         let goes_on = self.stop_time.is_some();
+        if self.backed && met && self.outcome == Outcome::Running {
+            self.through_since = (!covered()).then(|| self.through_since.unwrap_or(time));
+            let is_long = self.through_since.is_some_and(|since| time - since >= QUIET);
+            if is_long || (self.through_since.is_some() && normal <= 0.0) {
+                self.outcome = Outcome::Perforated;
+                return;
+            }
+        }
         if let Some((t0, v0)) = self.last.filter(|_| !goes_on) {
             let passes = |bar: f64| v0 > bar && normal <= bar;
             let carried = self.common > 0.0 && passes(self.common) && covered();
-            if carried || passes(REST * self.impact_speed) {
+            let rest = if self.backed { REST_ON_CLAY } else { REST };
+            if carried || passes(rest * self.impact_speed) {
                 let bar = if carried { self.common } else { 0.0 };
                 self.stop(t0 + (time - t0) * ((v0 - bar) / (v0 - normal)).min(1.0), body, carried);
             }

@@ -73,7 +73,11 @@ impl RunRecord {
             failed: vec![[0; 2]; model.plies.len()],
             eroded: 0,
             deflections: Deflections::new(model.plies.len()),
-            tracker: body.map(|b| Tracker::new(b, b.mass * copies, areal_density, free)),
+            tracker: body.map(|b| {
+                let mut tracker = Tracker::new(b, b.mass * copies, areal_density, free);
+                tracker.backed = model.backing.is_some();
+                tracker
+            }),
             touched: false,
             decided: false,
         }
@@ -282,7 +286,7 @@ impl RunRecord {
     /// Takes note of where and how the run diverged.
     pub(crate) fn diagnose<S: Scalar>(&mut self, model: &Model<S>, state: &State<S>, excess: (&str, f64)) {
         let available = self.balance.accounted_energy();
-        self.run.divergence = Some(solver::energy_balance::diagnose(model, state, excess, available));
+        self.run.divergence = Some(solver::divergence::diagnose(model, state, excess, available));
     }
 
     /// Results; what computed them is left to the backend.
@@ -291,7 +295,9 @@ impl RunRecord {
         let breaking = present.map(|yarn| yarn.tension(yarn.failure_strain.min(1.0)));
         let weakest = breaking.fold(f64::INFINITY, f64::min);
         let history = &self.run.history;
-        let internal = history.iter().map(|sample| sample.balance.internal).fold(0.0, f64::max);
+        // What clay takes is load that no yarn carries.
+        let taken_up = |sample: &Sample| sample.balance.internal + sample.balance.backing;
+        let internal = history.iter().map(taken_up).fold(0.0, f64::max);
         let hourglass = history.iter().map(|sample| sample.balance.hourglass).fold(0.0, f64::max);
         let mut run = self.run;
         if let Some(tracker) = &self.tracker {

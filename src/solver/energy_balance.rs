@@ -7,15 +7,12 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use crate::model::Model;
 use crate::model::mesh::Grid;
-use crate::num::scalar::Scalar;
 use crate::physics::rigid_body::{MirrorPlanes, RigidBody};
-use crate::solver::Divergence;
 use crate::solver::contact::projectile_contact::ContactTotals;
-use crate::solver::element_totals::{ElementTotals, field as element};
-use crate::solver::node_update::{NodeTotals, field as node};
-use crate::solver::state::{Given, State};
+use crate::solver::element_totals::ElementTotals;
+use crate::solver::node_update::NodeTotals;
+use crate::solver::state::Given;
 
 /// Running sums and the last sample.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -36,6 +33,8 @@ pub struct EnergyBalance {
     pub friction: f64,
     /// Work of moving nodes out of other plies, against the forces on them less those of shock viscosity, which store nothing [J].
     pub separation: f64,
+    /// Taken by clay [J].
+    pub backing: f64,
     /// Work of prescribed motion [J].
     pub external: f64,
     /// Impulse of supports and drives on fabric and projectile [N·s].
@@ -52,6 +51,8 @@ pub struct EnergyBalance {
     pub(crate) law_energy: f64,
     /// Hourglass energy [J].
     pub(crate) hourglass: f64,
+    /// Deepest crater in the clay [m].
+    pub(crate) crater: f64,
     /// Largest yarn tension [N].
     pub(crate) max_tension: f64,
     /// Largest strain of a whole piece of yarn over its failure strain [-].
@@ -124,6 +125,8 @@ pub struct Balance {
     pub friction: f64,
     /// Made by moving nodes out of other plies.
     pub separation: f64,
+    /// Taken by clay behind the pack.
+    pub backing: f64,
     /// Released by failures.
     pub failure: f64,
     /// Projectile kinetic energy.
@@ -136,6 +139,8 @@ pub struct Balance {
     pub gained: f64,
     /// Length of the momentum error vector over the initial momentum (or the largest impulse) [-].
     pub momentum_error: f64,
+    /// Deepest crater in the clay behind the pack [m].
+    pub crater: f64,
     /// Largest yarn tension [N].
     pub max_tension: f64,
     /// Largest strain of a piece of yarn over its failure strain, as failure judges it [-].
@@ -156,6 +161,7 @@ impl Balance {
             contact: self.contact * copies,
             friction: self.friction * copies,
             separation: self.separation * copies,
+            backing: self.backing * copies,
             failure: self.failure * copies,
             projectile: self.projectile * copies,
             external: self.external * copies,
@@ -214,6 +220,7 @@ impl EnergyBalance {
                 self.momentum[a] += part[a];
             }
         }
+        self.crater = rows.iter().map(|row| row.clay[1]).fold(0.0, f64::max);
         let kinetic = |rows: &[NodeTotals]| rows.iter().map(|row| row.kinetic + row.work[1]).sum();
         self.kinetic = kinetic(rows);
         let plies = self.plies.iter_mut().zip(rows.chunks(grid.rows + 1));
@@ -269,7 +276,9 @@ impl EnergyBalance {
     }
 
     fn total(&self) -> f64 {
-        self.kinetic + self.work + self.contact + self.friction + self.shared - self.external - self.separation
+        self.kinetic + self.work + self.contact + self.friction + self.backing + self.shared
+            - self.external
+            - self.separation
     }
 
     /// Work done on the hourglass stiffness since the start, by its state function and what failures released [J].
@@ -302,6 +311,8 @@ impl EnergyBalance {
             contact: self.contact,
             friction: self.friction,
             separation: self.separation,
+            backing: self.backing,
+            crater: self.crater,
             failure: self.released[0] + self.released[1],
             projectile: self.projectile,
             external: self.external,
@@ -332,75 +343,6 @@ impl EnergyBalance {
     pub(crate) fn energy_limit(&self) -> f64 {
         1.5 * self.accounted_energy()
     }
-}
-
-/// Looks for numbers that are not finite: which kernel made them, and where.
-pub(crate) fn find_divergence<S: Scalar>(model: &Model<S>, state: &State<S>) -> Option<Divergence> {
-    let grid = &model.grid;
-    let bad = |x: &S| !x.to_f64().is_finite();
-    let divergence = |kernel, name: &str, x: S, place| {
-        Some(Divergence { step: state.step, kernel, quantity: format!("{name} = {x:?}"), place })
-    };
-    let forces = ["membrane force along warp", "membrane force along weft", "hourglass force"];
-    let name_of = |field: usize| forces.get(field / 3).copied().unwrap_or("yarn height, or what predicts it");
-    for place @ [ply, row, column] in model.element_places() {
-        let number = |f: usize| state.elements.get(grid.first_element_row(ply) + row, f, column + 1);
-        if let Some(f) = (0..element::ALIVE).find(|f| bad(&number(*f))) {
-            return divergence("element_force", name_of(f), number(f), place);
-        }
-    }
-    for place @ [ply, row, column] in model.node_places() {
-        let number = |f: usize| state.nodes.get(grid.first_node_row(ply) + row, f, column);
-        if let Some(f) = (0..node::COUNT).find(|f| bad(&number(*f))) {
-            let name = if f < node::VELOCITY { "displacement" } else { "velocity" };
-            return divergence("node_update", name, number(f), place);
-        }
-    }
-    None
-}
-
-/// Kinetic energy of a projectile that flies freely [J].
-pub(crate) fn flying(body: Option<&RigidBody>) -> f64 {
-    body.map_or(0.0, |b| if b.prescribed { 0.0 } else { b.kinetic_energy() })
-}
-
-/// Energy that was never put in, or that is no number: its kind, and how much [J]. `sampled`: the balance knows all kinds now.
-pub(crate) fn excess(balance: &EnergyBalance, kinetic: f64, sampled: bool) -> Option<(&'static str, f64)> {
-    let whole = balance.accounted_energy() + balance.gained();
-    if !(kinetic <= balance.energy_limit() && balance.work.is_finite()) {
-        Some(("kinetic energy", kinetic))
-    } else if sampled && whole > balance.energy_limit() {
-        Some(("energy by state functions", whole))
-    } else {
-        None
-    }
-}
-
-/// Divergence and its place: a number that is not finite, or energy of some kind that was never put in [J].
-pub(crate) fn diagnose<S: Scalar>(
-    model: &Model<S>,
-    state: &State<S>,
-    (name, energy): (&str, f64),
-    available: f64,
-) -> Divergence {
-    let mut divergence = find_divergence(model, state).unwrap_or_else(|| {
-        let speed = |[ply, row, column]: [usize; 3]| {
-            Vector3::from(state.velocity(model.grid.first_node_row(ply) + row, column)).norm()
-        };
-        let speeds = model.node_places().map(|place| (place, speed(place)));
-        let (place, speed) = speeds.fold(([0; 3], 0.0), |fastest, one| if one.1 > fastest.1 { one } else { fastest });
-        let [energy, available] = [energy, available].map(|energy| energy * model.planes.copies() as f64);
-        Divergence {
-            step: state.step,
-            kernel: "node_update",
-            quantity: format!(
-                "{name} {energy:.6e} J where at most {available:.6e} J was ever put in; fastest node {speed:.6e} m/s"
-            ),
-            place,
-        }
-    });
-    divergence.place = model.place_in_whole(divergence.place);
-    divergence
 }
 
 #[cfg(test)]

@@ -11,6 +11,7 @@
 //! columns that nothing has reached are left out.
 
 pub mod contact;
+pub(crate) mod divergence;
 pub mod element_force;
 pub mod element_totals;
 pub mod energy_balance;
@@ -267,6 +268,7 @@ impl<S: KernelScalar> Stepper<S> {
         context.balance.half_step = work(1);
         for (index, row) in self.node_totals.iter().enumerate() {
             context.totals.kinetic += row.kinetic;
+            context.balance.backing += row.clay[0];
             context.totals.max_speed = context.totals.max_speed.max(row.max_speed_squared);
             let support = to_pack(context.model, index, row.support);
             for a in 0..3 {

@@ -18,6 +18,8 @@ pub mod field {
     pub const VELOCITY: usize = 3;
     /// Number of fields.
     pub const COUNT: usize = 6;
+    /// Depth of the crater in the clay behind the node [m]: one field more, where there is clay.
+    pub const CRATER: usize = COUNT;
 }
 
 /// Element rows around a row of nodes.
@@ -58,8 +60,8 @@ pub fn gather<R: Real>(n: R, around: &Neighbours<'_, R::Scalar>, column: usize) 
     })
 }
 
-/// The fields of a row of nodes.
-pub type NodeRow<'a, S> = [&'a mut [S]; field::COUNT];
+/// The fields of a row of nodes; that of the crater is empty where there is no clay.
+pub type NodeRow<'a, S> = [&'a mut [S]; field::CRATER + 1];
 
 /// Pass over a part of a row of nodes.
 pub struct NodePass<'a, S> {
@@ -79,6 +81,8 @@ pub struct NodePass<'a, S> {
     pub times: [f64; 3],
     /// Whether momenta are asked for.
     pub sample: bool,
+    /// Gap [m] to the clay behind the ply, and what that takes of the velocity of a node that it resists, per time [m/s²].
+    pub clay: Option<[f64; 2]>,
 }
 
 /// Sums of one row of nodes over one step.
@@ -94,6 +98,8 @@ pub struct NodeTotals {
     pub support: [f64; 3],
     /// Largest squared speed [m²/s²].
     pub max_speed_squared: f64,
+    /// Taken by clay in this step [J], and its deepest crater [m].
+    pub clay: [f64; 2],
 }
 
 /// Advances a part of one row of nodes, as many like `n` at a time as that holds: v += kick·f/m, u += drift·v. Compiled once.
@@ -107,8 +113,10 @@ pub fn node_update<R: Real>(n: R, pass: &NodePass<'_, R::Scalar>, node: &mut Nod
 
 #[inline(always)]
 fn advance<R: Real>(n: R, pass: &NodePass<'_, R::Scalar>, node: &mut NodeRow<'_, R::Scalar>) -> NodeTotals {
-    let NodePass { around, inverse, mass, range, columns, edge_row, times: [span, kick, drift], sample } = pass;
+    let NodePass { around, inverse, mass, range, columns, edge_row, times: [span, kick, drift], sample, clay } = pass;
     let halves = [span, drift].map(|time| n.splat_like(-0.5 * time));
+    // Gap, most that clay takes of a velocity in this step, and 1/Δt.
+    let clay = clay.map(|[gap, rate]| [gap, rate * kick, 1.0 / drift].map(|number| n.splat_like(number)));
     let (kick, drift, columns, sample) = (n.splat_like(*kick), n.splat_like(*drift), *columns, *sample);
     let (half, rest) = (n.splat_like(0.5), n.splat_like(R::REST));
     let mut kinetic = OrderedSum::default();
@@ -116,7 +124,8 @@ fn advance<R: Real>(n: R, pass: &NodePass<'_, R::Scalar>, node: &mut NodeRow<'_,
     let mut momentum = [OrderedSum::default(); 3];
     let mut support = [OrderedSum::default(); 3];
     let mut fastest = n.zero();
-    let mut held = false;
+    let (mut into_clay, mut deepest) = (OrderedSum::default(), n.zero());
+    let mut held = clay.is_some();
     let mut column = range.start - range.start % R::LANES;
     while column < range.end {
         let force = gather(n, around, column);
@@ -129,7 +138,19 @@ fn advance<R: Real>(n: R, pass: &NodePass<'_, R::Scalar>, node: &mut NodeRow<'_,
             let inverse = n.load(inverse[a], column);
             let before = n.load(node[field::VELOCITY + a], column);
             let velocity = (kick * force[a]).fused(inverse, before);
-            let velocity = R::select(velocity.abs().lt(rest), n.zero(), velocity);
+            let mut velocity = R::select(velocity.abs().lt(rest), n.zero(), velocity);
+            if let Some([gap, most, per_step]) = clay.filter(|_| a == 2) {
+                // Plastic: for the part of the step that is deeper than the crater; it stops what goes there at most, and throws nothing back.
+                let depth = n.load(node[field::DISPLACEMENT + a], column) - gap;
+                let crater = n.load(node[field::CRATER], column).max(depth);
+                let into = (depth - crater).fused(per_step, velocity).max(n.zero());
+                let taken = into * most / velocity.max(most);
+                velocity = velocity - taken;
+                into_clay.add(half * m * taken * (before + velocity), column);
+                support[a].add(-(m * taken), column);
+                crater.store(node[field::CRATER], column);
+                deepest = deepest.max(crater);
+            }
             power = [force[a].fused(before, power[0]), force[a].fused(velocity, power[1])];
             let displacement = drift.fused(velocity, n.load(node[field::DISPLACEMENT + a], column));
             velocity.store(node[field::VELOCITY + a], column);
@@ -155,6 +176,7 @@ fn advance<R: Real>(n: R, pass: &NodePass<'_, R::Scalar>, node: &mut NodeRow<'_,
         kinetic: kinetic.total(),
         work: each!(i in 2 => work[i].total()),
         max_speed_squared: fastest.reduce_max(),
+        clay: [into_clay.total(), deepest.reduce_max()],
         ..NodeTotals::default()
     };
     if sample {

@@ -169,7 +169,7 @@ impl ActiveRegion {
 /// State of a run. Nodes and elements are in the axes of their ply.
 #[derive(Clone, Debug)]
 pub struct State<S> {
-    /// Displacement [m] and velocity [m/s] of the nodes, shape (plies·(rows + 1), 6, node stride).
+    /// Displacement [m] and velocity [m/s] of the nodes, shape (plies·(rows + 1), 6, node stride); one more field with clay behind the pack.
     pub nodes: Rows<S>,
     /// Forces, heights and life of the elements, shape (plies·rows, 17, element stride); two more fields with shock viscosity, and two
     /// where failure is judged over a length.
@@ -190,7 +190,8 @@ impl<S: Scalar> State<S> {
     /// The state before the first step.
     pub fn new(case: &Case, model: &Model<S>) -> Self {
         let grid = &model.grid;
-        let mut nodes = Rows::new(grid.node_rows(), node::COUNT, grid.node_stride, 0);
+        let mut nodes =
+            Rows::new(grid.node_rows(), node::COUNT + usize::from(model.backing.is_some()), grid.node_stride, 0);
         let viscous = if model.features().viscous { element::VISCOUS } else { 0 };
         let fields = element::COUNT + viscous + element::STRAIN;
         let mut elements = Rows::new(grid.element_rows(), fields, grid.element_stride, 1);

@@ -14,7 +14,7 @@ use crate::model::ply_type::PlyType;
 use crate::num::scalar::Scalar;
 use crate::solver::Context;
 use crate::solver::element_totals::{ElementRow, ElementTotals, field as element};
-use crate::solver::node_update::{Neighbours, NodePass, NodeTotals};
+use crate::solver::node_update::{Neighbours, NodePass, NodeTotals, field};
 use crate::solver::row_kernels::RowKernels;
 use crate::solver::state::{ActiveRegion, State, split, split_mut, take};
 
@@ -83,6 +83,8 @@ struct PlyPass<'a, S: Scalar> {
     /// Time since the last forces; of this kick; of this drift [s].
     times: [f64; 3],
     sample: bool,
+    /// See [`NodePass`].
+    clay: Option<[f64; 2]>,
     /// Numbers per row of nodes and of elements.
     length: [usize; 2],
 }
@@ -179,6 +181,7 @@ pub(super) fn sweep<S: Scalar>(
             nodes: reached.grown(1, mesh),
             times,
             sample,
+            clay: model.clay(ply),
             length,
         };
         let cuts = cuts(mesh.rows, &ply.elements[0], bands);
@@ -281,8 +284,11 @@ impl<S: Scalar> PlyPass<'_, S> {
             edge_row: row == 0 || row == ply_type.mesh.rows || !ply_type.mesh.frame.is_plain(),
             times: self.times,
             sample: self.sample,
+            clay: self.clay,
         };
-        *totals = self.kernels.nodes(&pass, &mut split_mut(node, grid.node_stride));
+        let (node, crater) = node.split_at_mut(field::COUNT * grid.node_stride);
+        let [x, y, z, u, v, w] = split_mut(node, grid.node_stride);
+        *totals = self.kernels.nodes(&pass, &mut [x, y, z, u, v, w, crater]);
     }
 }
 

@@ -67,7 +67,7 @@ fn steps(low: &str, rest: &str) -> Option<Vec<String>> {
     let count = ((high - low) / step + 1e-9).floor();
     // Rounding of a sum of steps has no place in a case.
     let at = |n: usize| format!("{:.12e}", low + step * n as f64).parse().map(number).unwrap_or_default();
-    (step > 0.0 && high > low && count < MAX_POINTS as f64).then(|| (0..=count as usize).map(at).collect())
+    (step > 0.0 && count >= 1.0 && count < MAX_POINTS as f64).then(|| (0..=count as usize).map(at).collect())
 }
 
 /// Values apart at commas, as JSON where they all are that, else words.
@@ -388,7 +388,7 @@ mod tests {
         assert_eq!(list("/a=0.1..0.3:0.1"), Some(["0.1", "0.2", "0.3"].map(str::to_owned).to_vec()));
         assert_eq!(list("/a=100..290:50").map(|values| values.len()), Some(4));
         assert_eq!(list("/a=[0,1],[2,3]"), Some(["[0,1]", "[2,3]"].map(str::to_owned).to_vec()));
-        for wrong in ["a=1", "/a", "/a=", "/a=3..1:1", "/a=1..3:0", "/a=1..x", "/a=1..3"] {
+        for wrong in ["a=1", "/a", "/a=", "/a=3..1:1", "/a=1..3:0", "/a=1..x", "/a=1..3", "/a=1..3:5"] {
             assert!(Factor::parse(wrong).is_err(), "{wrong}");
         }
     }

@@ -5,7 +5,7 @@ use super::*;
 const SUMMARY: &str = "trust notes residual_velocity_scatter_m_s broken_yarns failures_at outcome residual_velocity_m_s \
     rebound_velocity_m_s carried_velocity_m_s stop_time_us absorbed_energy_j max_deflection_mm max_penetration_mm \
     max_ply_penetration_mm last_ply_deflection_mm fabric_energy_before_j exchanged_energy_j perforated_plies plies energy_error momentum_error hourglass_fraction failed_yarns \
-    eroded_elements energy_gained law_energy_j ply_separation_j viscous_dissipation_j breaking_load_ratio newton elements steps \
+    eroded_elements energy_gained law_energy_j ply_separation_j backing_energy_j backface_signature_mm viscous_dissipation_j breaking_load_ratio newton elements steps \
     time_step_us element_steps element_steps_computed wall_s loop_s element_steps_per_s skipped backend adapter threads precision \
     version case_hash assumed warnings timings expect interrupted unstable device_lost checkpoint_failed host_overhead_s \
     time_step_set_by peak_yarn_tension_n peak_contact_force_n title case time_us";
@@ -13,7 +13,7 @@ const HISTORY: &str = "time_us,projectile_velocity_m_s,projectile_displacement_m
     kinetic_energy_j,internal_energy_j,hourglass_energy_j,contact_dissipation_j,friction_j,failure_energy_j,\
     projectile_energy_j,energy_error,failed_warp,failed_weft,stored_energy_j,external_work_j,eroded_elements,\
     max_deflection_mm,max_yarn_tension_n,momentum_error,perforated_plies,viscous_dissipation_j,\
-    energy_gained,law_energy_j,last_ply_deflection_mm,ply_separation_j";
+    energy_gained,law_energy_j,last_ply_deflection_mm,ply_separation_j,backing_energy_j,crater_depth_mm";
 
 fn rows(text: &str) -> Vec<Vec<String>> {
     text.lines().skip(1).map(|line| line.split(',').map(str::to_owned).collect()).collect()
@@ -64,7 +64,7 @@ fn tables_have_the_columns_of_the_contract_and_agree_with_the_summary() {
     let value = |key: &str| summary[key].as_f64().unwrap();
     assert_eq!(history.lines().next().unwrap(), HISTORY);
     let table = rows(&history);
-    assert!(table.len() >= 20 && table.iter().all(|row| row.len() == 26));
+    assert!(table.len() >= 20 && table.iter().all(|row| row.len() == 28));
     let last = table.last().unwrap();
     assert_eq!([number(&table[0][0]), number(&table[0][1])], [0.0, 600.0]);
     assert_eq!([number(&last[0]), number(&last[1])], ["time_us", "residual_velocity_m_s"].map(value));

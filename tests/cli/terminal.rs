@@ -205,6 +205,10 @@ fn warnings_of_a_case_are_shown_by_check_and_by_the_run() {
         ("/fabric/areal_density_g_m2=266", &["W1", "W7"]),
         ("/fabric/areal_density_g_m2=190", &["W1", "W7"]),
         ("/pack/crossovers_per_element=2", &["W1", "W5", "W6"]),
+        ("/fabric/fibre_density_kg_m3=3000", &["W1"]),
+        ("/fabric/fibre_density_kg_m3=3010", &["W1", "W9"]),
+        ("/fabric/weft/modulus_gpa=228", &["W1"]), // 7.98 GPa
+        ("/fabric/weft/modulus_gpa=229", &["W1", "W9"]),
     ] {
         let text = stdout(&bench.ripstop(&["check", "shot.json", "--set", set]));
         let output = bench.shoot(&["--set", set, "--out", "out/shot"]);
@@ -228,7 +232,8 @@ fn warnings_of_a_case_are_shown_by_check_and_by_the_run() {
 #[test]
 fn explain_knows_every_code_by_number_and_name_and_its_threshold() {
     let names = KINDS.each_ref().map(|kind| format!("{} {}", kind.code, kind.name)).join(", ");
-    let given = "W1 assumed-parameters, W2 energy, W3 hourglass, W4 penetration, W5 coarse-mesh, W6 small-projectile, W7 mass, W8 torn-off";
+    let given = "W1 assumed-parameters, W2 energy, W3 hourglass, W4 penetration, W5 coarse-mesh, W6 small-projectile, W7 mass, W8 torn-off, \
+                 W9 fibre";
     assert_eq!(names, given, "codes and names once given stay");
     let bench = Bench::new(&small());
     let explain = |code: &str| stdout(&bench.ripstop(&["explain", code]));

@@ -123,7 +123,8 @@ defects! {
             "plies[ply].shares_row + at / 4u / across" => "plies[0].shares_row + at / 4u / across";
         "nodes in a frame whole" in "a rectangle with a free side and clamps at its corners":
             "return abs(in_frame(ply, SHARES, place));" => "return 1.0;";
-        "supports of a frame on its rim" in "a round window, graded": "if (FRAME) { return node_at(ply, place); }" => "";
+        "supports of a frame on its rim" in "a round window, graded": "if (FRAME || BACKING) { return node_at(ply, place); }" => "";
+        "clay that throws back" in "against clay": "into * most / max(free, most)" => "most";
         "supports in the axes of the ply" in "thirty degrees, clamped, smooth":
             "let turned = to_pack(ply, impulse);" => "let turned = impulse;";
     }
@@ -161,6 +162,8 @@ defects! {
             "mix(points[point_number(p)].pressed.z, points[point_number(q)].pressed.z, at)" => "points[point_number(p)].pressed.z";
     }
     projectile_contact {
+        "clay as a force of the fabric" in "sphere on plies against clay, friction":
+            "if (!has_clay(ply)) { return v; }" => "return v;";
         "nodes pull" in "sphere, spinning, oblique, friction":
             "state == PUSHING && touches[touch_number(t)].friction_impulse.w < 0.0" => "state == PUSHING && touches[touch_number(t)].friction_impulse.w < -1e30";
         "inertia off the diagonal" in "cylinder, yawed, friction":
@@ -172,6 +175,7 @@ defects! {
         "largest deflections added" in "several workgroups of the energy balance": "which == DEFLECTION ||" => "";
         "tiles not counted anew" in "variational, compressible": "tiles[first + which] = 0.0;" => "";
         "absent elements do not cover" in "sphere in a round window": " && is_present(ply, cell)" => "";
+        "clay not counted anew" in "against clay": "nodes[clay_word(INTO_CLAY, node)] = 0.0;" => "";
         "wefts do not cover" in "sphere under a weft": "runs_on(ply, place, 2u)" => "false";
     }
 }

@@ -31,7 +31,7 @@ pub struct Fabric {
     #[schemars(length(min = 1))]
     pub name: String,
     /// Density of the fibre; gives the yarn's section [kg/m³].
-    #[schemars(rename = "fibre_density_kg_m3", range(min = 100, max = 30_000))]
+    #[schemars(rename = "fibre_density_kg_m3", range(min = 100, max = 30_000), extend("help" = "1440, or \"1.44 g/cm3\""))]
     pub fibre_density: f64,
     /// Mass per area of the fabric [kg/m²].
     ///
@@ -123,7 +123,7 @@ struct YarnKeys {
     #[schemars(extend("group" = "modulus or curve", "only" = {"absent": "false"}))]
     curve: Option<Vec<[f64; 2]>>,
     /// Axial strain at which the yarn breaks; 1: never.
-    #[schemars(range(max = 1), extend("exclusiveMinimum" = 0, "group" = "failure strain or strength", "only" = {"absent": "false"}))]
+    #[schemars(range(max = 1), extend("help" = "a part of one: 0.035, or \"3.5 %\"", "exclusiveMinimum" = 0, "group" = "failure strain or strength", "only" = {"absent": "false"}))]
     failure_strain: Option<f64>,
     /// Strength over linear density, in its place.
     #[schemars(range(min = 1e-3, max = 1e3), extend("group" = "failure strain or strength", "only" = {"absent": "false"}))]

@@ -112,12 +112,15 @@ numbers! {
     /// Fields of an element in a slot, and steps of a height to the sum of both.
     cell { YARNS = 0, DRAG = 3, STRAIN = 5, CELL_FIELDS = 7, HEIGHT_STEPS = 0xff_ffff }
 
+    /// Numbers of a node of a ply with clay behind it, after its vectors.
+    clay { CRATER = 0, TAKEN = 1, INTO_CLAY = 2, CLAY_FIELDS = 3 }
+
     /// Sums of the energy balance. Those of a tile come first.
     sum {
         WORK = 0, VISCOUS_WORK = 1, EVALUATIONS = 2, RELEASED = 3, RELEASED_HOURGLASS = 4, LAW_RELEASED = 5,
         HALF_STEP = 6, STORED = 7, HOURGLASS_NOW = 8, LAW_MADE = 9, SOLVED = 10, DEFLECTION = 11, TENSION = 12,
         LOAD = 13, TILE_SUMS = 14, KINETIC = 14, FASTEST = 15, MOMENTUM = 16, SUPPORT = 19, COVERED = 22, PLY_LOSS = 23,
-        PLY_FRICTION_WORK = 24, PLY_SEPARATION_WORK = 25, SUMS = 26,
+        PLY_FRICTION_WORK = 24, PLY_SEPARATION_WORK = 25, CLAY_WORK = 26, CLAY_DEPTH = 27, SUMS = 28,
     }
 }
 

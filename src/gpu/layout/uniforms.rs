@@ -66,7 +66,7 @@ shared! {
     Ply {
         rows: u32, columns: u32, ply_type: u32, present: u32, origin: [f32; 2], length: [f32; 2], cosine: f32,
         sine: f32, z: f32, depth: f32, touching: f32, thickness: f32, mass: f32, inverse_inner: f32,
-        inverse_edge: f32, inverse_corner: f32, held: u32, span: u32, longest: f32, shares_row: u32, pad: [u32; 2],
+        inverse_edge: f32, inverse_corner: f32, held: u32, span: u32, longest: f32, shares_row: u32, clay_gap: f32, clay_rate: f32,
     }
 
     /// One grid line.
@@ -274,6 +274,7 @@ pub fn plies(model: &Model<f32>) -> Vec<Ply> {
         // Plies that touch at rest do so exactly, whatever their places round to.
         let apart = model.plies.get(at + 1).map_or(0.0, |next| next.z as f32 - own.z as f32);
         let [x, y, _] = mesh.to_ply(from.into());
+        let [clay_gap, clay_rate] = single(model.clay(at).unwrap_or_default());
         Ply {
             rows: mesh.rows as u32,
             columns: mesh.columns as u32,
@@ -295,7 +296,8 @@ pub fn plies(model: &Model<f32>) -> Vec<Ply> {
             span: model.projectile.as_ref().map_or(0, |body| unbroken_cells(mesh, body) as u32),
             longest: mesh.longest() as f32,
             shares_row: (lines_rows(model) + own.ply_type * frame_rows(model)) as u32,
-            pad: [0; 2],
+            clay_gap,
+            clay_rate,
         }
     };
     (0..model.plies.len()).map(ply).collect()

@@ -87,7 +87,7 @@ pub(crate) fn deflection(animation: &Animation) -> Option<Figure> {
 
 /// Energies and their sum.
 pub(crate) fn energy(run: &Run) -> Figure {
-    let curves: [HistoryCurve; 9] = [
+    let curves: [HistoryCurve; 10] = [
         ("projectile", |row| row.balance.projectile),
         ("fabric, kinetic", |row| row.balance.kinetic),
         ("fabric, internal", |row| row.balance.internal),
@@ -96,6 +96,7 @@ pub(crate) fn energy(run: &Run) -> Figure {
         ("contact", |row| row.balance.contact),
         ("hourglass", |row| row.balance.hourglass),
         ("shock viscosity", |row| row.balance.viscous),
+        ("clay", |row| row.balance.backing),
         ("ply separation", |row| -row.balance.separation),
     ];
     let curves: Vec<_> = curves.iter().filter(|(_, of)| run.history.iter().any(|row| of(row) != 0.0)).collect();

@@ -18,4 +18,4 @@ pub use self::page::report;
 pub(crate) use self::page::{figure, page, table};
 #[cfg(feature = "report")]
 #[doc(hidden)]
-pub use self::plan::held;
+pub use self::plan::{behind, held};

@@ -12,7 +12,7 @@ use sha2::{Digest, Sha256};
 
 use super::animation::Animation;
 use super::figures;
-use super::plan::{drawing, held};
+use super::plan::{behind, drawing, held};
 use super::playback;
 use super::plot::{Axis, Figure, SIZE};
 use crate::case::{self, Case};
@@ -183,7 +183,7 @@ fn fields(case: &Case) -> Markup {
             h2 { "The case as read" }
             p { @for (n, line) in mesh.lines().enumerate() { @if n > 0 { br; } (line) } }
             figure class="plot plan" id="plan" {
-                figcaption { h3 { "Fixture" } p { "Held: " (held(case)) ". Lines across the middle: warps; circle: aim." } }
+                figcaption { h3 { "Fixture" } p { "Held: " (held(case)) ". Behind the pack: " (behind(case)) ". Lines across the middle: warps; circle: aim." } }
                 (PreEscaped(drawing(case)))
             }
             p class="printed" {

@@ -28,6 +28,13 @@ pub fn held(case: &Case) -> String {
     words.join("; ")
 }
 
+/// What stands behind the pack, in words.
+pub fn behind(case: &Case) -> String {
+    let Some(clay) = case.backing else { return "nothing".to_owned() };
+    let gap = if clay.gap > 0.0 { format!("{} mm of air, then ", short(clay.gap * 1e3, 4)) } else { String::new() };
+    format!("{gap}clay that resists with {} MPa", short(clay.pressure * 1e-6, 3))
+}
+
 /// Sides by what holds them.
 fn of_sides(edges: &Edges) -> String {
     let sides = [("left", edges.left), ("right", edges.right), ("bottom", edges.bottom), ("top", edges.top)];

@@ -119,7 +119,7 @@ impl PlyContact {
         let across = model.grid.columns + 1;
         let State { nodes, elements, .. } = &mut *context.state;
         let length = nodes.row_length() * (model.grid.rows + 1);
-        let applier = ImpulseApplier { model, elements, nothing, stride: nodes.stride, kick };
+        let applier = ImpulseApplier { model, elements, nothing, stride: [nodes.stride, nodes.row_length()], kick };
         let contacts = &self.contacts;
         let plies = self.accumulators.par_iter_mut().zip(nodes.data.par_chunks_mut(length)).enumerate();
         plies.for_each(|(ply, (accumulator, nodes))| {
@@ -246,8 +246,8 @@ struct ImpulseApplier<'a, S> {
     elements: &'a Rows<S>,
     /// A row of elements where there is none.
     nothing: &'a [S],
-    /// Numbers per field of nodes.
-    stride: usize,
+    /// Numbers per field and per row of nodes.
+    stride: [usize; 2],
     /// Time step of the velocities [s].
     kick: f64,
 }
@@ -255,7 +255,7 @@ struct ImpulseApplier<'a, S> {
 impl<S: Scalar> ImpulseApplier<'_, S> {
     /// Gives the nodes of a ply their impulses, and leaves of the accumulator what came of it.
     fn apply(&self, ply: usize, accumulator: &mut ImpulseAccumulator, nodes: &mut [S]) {
-        let (model, stride) = (self.model, self.stride);
+        let (model, [stride, length]) = (self.model, self.stride);
         let ply_type = model.ply_type(ply);
         let (mesh, across) = (&ply_type.mesh, model.grid.columns + 1);
         let mut effect = Effect::default();
@@ -278,7 +278,7 @@ impl<S: Scalar> ImpulseApplier<'_, S> {
             }
             let force = gather(S::splat(0.0), &around, column).map(Scalar::to_f64);
             let viscous = if correction == [0.0; 3] { correction } else { self.viscous(ply, row, column) };
-            let place = |field: usize| (row * node::COUNT + field) * stride + column;
+            let place = |field: usize| row * length + field * stride + column;
             let free = [0, 1, 2].map(|a| nodes[place(node::VELOCITY + a)].to_f64());
             let now = [0, 1, 2].map(|a| free[a] + inverse[a] * impulse[a]);
             let mut support = [0.0; 3];

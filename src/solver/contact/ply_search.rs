@@ -25,6 +25,8 @@ pub(crate) struct PlyView<'a, S> {
     /// Rows of the ply's nodes.
     nodes: &'a [S],
     stride: usize,
+    /// Numbers per row of nodes.
+    length: usize,
 }
 
 impl<'a, S: Scalar> PlyView<'a, S> {
@@ -39,19 +41,20 @@ impl<'a, S: Scalar> PlyView<'a, S> {
             turned: ply_type.mesh.rotation != [1.0, 0.0],
             nodes: &state.nodes.data[first * length..(first + ply_type.mesh.rows + 1) * length],
             stride: state.nodes.stride,
+            length,
         }
     }
 
     /// Displacements of a row of nodes, in the ply's axes [m].
     #[inline(always)]
     pub(crate) fn row(&self, row: usize) -> [&'a [S]; 3] {
-        let start = (row * node::COUNT + node::DISPLACEMENT) * self.stride;
+        let start = row * self.length + node::DISPLACEMENT * self.stride;
         split(&self.nodes[start..start + 3 * self.stride], self.stride)
     }
 
     #[inline(always)]
     fn vector(&self, field: usize, row: usize, column: usize) -> [f64; 3] {
-        let at = (row * node::COUNT + field) * self.stride + column;
+        let at = row * self.length + field * self.stride + column;
         [self.nodes[at].to_f64(), self.nodes[at + self.stride].to_f64(), self.nodes[at + 2 * self.stride].to_f64()]
     }
 

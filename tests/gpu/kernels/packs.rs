@@ -9,7 +9,7 @@ use ripstop::solver::state::ActiveRegion;
 use ripstop::solver::state::State;
 use serde_json::{Value, json};
 
-use super::scenes::{Scene, grade, kill, node_places, random_elements, weaken};
+use super::scenes::{Scene, against_clay, grade, kill, node_places, random_elements, weaken};
 use crate::support::Random;
 
 /// Largest component of the velocity of a node [m/s].
@@ -128,8 +128,9 @@ const ONE_HELD: [&str; 4] = ["free", "clamped", "free", "free"];
 const ALIKE: &[Group] = &[Group::turned(0), Group::turned(0)];
 
 /// Name, columns and rows of the fabric of the patches, plies, state, change: every angle, fabric, edge and kind of contact.
-const PACKS: [Pack; 10] = [
+const PACKS: [Pack; 11] = [
     ("two free plies", [9, 8], ALIKE, Kind { holes: 0.1, ..PLAIN }, |_| {}),
+    ("plies against clay", [9, 8], ALIKE, PLAIN, |case| against_clay(case, 2e7)),
     (
         "quarter turns, rollers",
         [9, 8],

@@ -10,7 +10,9 @@ use ripstop::solver::state::ActiveRegion;
 use ripstop::solver::state::State;
 
 use super::packs::{self, Group};
-use super::scenes::{Scene, element_places, frame, grade, kill, node_places, random_elements, set_yarns, weaken};
+use super::scenes::{
+    Scene, against_clay, element_places, frame, grade, kill, node_places, random_elements, set_yarns, weaken,
+};
 use crate::support::{Random, patch};
 use Kind::{Between, Edges, Held, Resting, Rim, Slit, Weft};
 
@@ -46,7 +48,7 @@ type Struck = (&'static str, Shape, &'static [Group], &'static [Kind], Change);
 const TURNED: [Group; 3] = [Group::turned(0), Group::turned(90), Group::turned(30)];
 
 /// Name, shape, plies (of the patch where none are given), kinds, change.
-const SCENES: [Struck; 26] = [
+const SCENES: [Struck; 27] = [
     ("sphere", SPHERE, &[], &[], |_, case| case.pack.plies = 13),
     ("sphere, spinning, oblique, friction", SPHERE, &[], &[], |p, case| {
         oblique(p);
@@ -77,6 +79,11 @@ const SCENES: [Struck; 26] = [
         case.pack.edges.bottom = Edge::Clamped;
     }),
     ("locked cylinder in a clamped corner", CYLINDER, &[], &[Held], |p, case| corner(p, case)),
+    ("sphere on plies against clay, friction", SPHERE, &[], &[], |p, case| {
+        oblique(p);
+        case.pack.plies = 2;
+        against_clay(case, 2e6);
+    }),
     ("sphere under a weft", SPHERE, &[], &[Weft], |_, _| {}),
     ("sphere in a round window", SPHERE, &[], &[Held], |p, case| {
         (p.rotation, case.pack.plies) = (Rotation::Locked, 8);

@@ -72,6 +72,15 @@ const WHOLE: Allowed = &[
 ];
 /// Plies that fly flat store nothing: 1e-20 of 0.8 J is a rounding, and no largest value to compare with.
 const FLAT: Allowed = &[("max_deflection_mm", 1e-4), ("kinetic_energy_j", 1e-3), ("contact_dissipation_j", 1e-2)];
+/// Of a heavy body that drops for 18 000 steps each rounds the velocity, which is 3e-5 off in the end, and the balances 1e-5.
+const DROP: Allowed = &[
+    ("projectile_velocity_m_s", 1e-4),
+    ("max_deflection_mm", 1e-4),
+    ("crater_depth_mm", 1e-4),
+    ("backing_energy_j", 1e-4),
+    ("kinetic_energy_j", 1e-3),
+    ("contact_dissipation_j", 1e-2),
+];
 /// Torn fabric is chaotic: one failure a step later moves the next. Single precision on the processor is off as much,
 /// and double-precision runs of free-impact with the hit moved by a few nanometres break 50, 52, 58, 65, 69 yarns: 38 % apart.
 const TORN: Allowed = &[
@@ -92,8 +101,8 @@ const TEARING: Allowed = &[
     ("failure_energy_j", 2e-2),
 ];
 
-/// Lines of `allowed` that do not hold, or a number of failures that is off by more than `part` of them.
-fn off(cpu: &Run, gpu: &Run, allowed: Allowed, part: f64) -> Vec<String> {
+/// Lines of `allowed` that do not hold.
+fn differences(cpu: &Run, gpu: &Run, allowed: Allowed) -> Vec<String> {
     assert_eq!(cpu.time_step, gpu.time_step);
     let difference = |(name, allowed): &(&str, f64)| {
         let (_, read) = csv::find(name).unwrap();
@@ -103,7 +112,12 @@ fn off(cpu: &Run, gpu: &Run, allowed: Allowed, part: f64) -> Vec<String> {
         let row = c.iter().zip(&g).position(|numbers| !within(numbers))?;
         Some(format!("{name}: {} for {} of {scale:.3e} in row {row}, allowed {allowed:.0e}", g[row], c[row]))
     };
-    let mut wrong: Vec<String> = allowed.iter().filter_map(difference).collect();
+    allowed.iter().filter_map(difference).collect()
+}
+
+/// Lines of `allowed` that do not hold, or a number of failures that is off by more than `part` of them.
+fn off(cpu: &Run, gpu: &Run, allowed: Allowed, part: f64) -> Vec<String> {
+    let mut wrong = differences(cpu, gpu, allowed);
     let [c, g] = [cpu, gpu].map(|run| run.events.len());
     if c.abs_diff(g) as f64 > (part * c as f64).max(3.0) {
         wrong.push(format!("{g} failures for {c}"));
@@ -131,13 +145,17 @@ fn verification(device: &'static Device) -> Outcome {
             true => (WHOLE, 0.0),
             false => (TORN, 0.5),
         };
-        let mut found = off(&cpu, &gpu, allowed, part);
+        let is_drop = name.contains("clay-drop");
+        let mut found = match is_drop {
+            true => [differences(&cpu, &gpu, DROP), within(&gpu, 2e-5, 2e-4).err().into_iter().collect()].concat(),
+            false => off(&cpu, &gpu, allowed, part),
+        };
         if gpu.outcome != cpu.outcome || gpu.history.len() != cpu.history.len() {
             found.push(format!("{:?} for {:?}", gpu.outcome, cpu.outcome));
         }
         // Momentum errors are over the net impulse of the supports, which in a free vibration comes back to nothing, and in a strip that is
         // pulled slowly is the small rest of large ones: 5e-3 in single precision on the processor, too.
-        if case.projectile.is_some() && !name.contains("strip-pulled") {
+        if case.projectile.is_some() && !is_drop && !name.contains("strip-pulled") {
             found.extend(within(&gpu, 1.0, 2e-6).err());
         }
         wrong.extend(found.into_iter().map(|line| format!("{}: {line}", case.name)));
@@ -156,7 +174,8 @@ fn variants(device: &'static Device) -> Outcome {
     const PRETENSION: &str = "/pack/pretension={\"warp_n_per_m\":2000,\"weft_n_per_m\":1000}";
     const CURVE: &str = r#"/fabric/warp={"linear_density_denier":1420,"curve":[[0,0],[0.004,0.2],[0.012,1.1],[0.03,2.3],[0.04,3.4]],
         "failure_strain":0.035,"count_per_inch":20,"crimp":0.0218}"#;
-    let variants: [&[&str]; 15] = [
+    let variants: [&[&str]; 16] = [
+        &["/backing={\"gap_mm\":0.2,\"pressure_mpa\":20}"],
         &[CURVE],
         &[CURVE, "/fabric/crossover/law=variational"],
         &[SPHERE],

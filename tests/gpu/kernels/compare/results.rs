@@ -81,7 +81,8 @@ impl Pair<'_> {
 }
 
 /// Sums that begin anew after a sample.
-const ANEW: [usize; 14] = [
+const ANEW: [usize; 15] = [
+    sum::CLAY_WORK,
     sum::LAW_RELEASED,
     sum::HALF_STEP,
     sum::VISCOUS_WORK,
@@ -185,6 +186,8 @@ impl Pair<'_> {
             ("energy_balance", "stored energy", add(sums, sum::STORED), balance.stored, energy),
             ("energy_balance", "stored energy", add(sums, sum::HOURGLASS_NOW), balance.hourglass, energy),
             ("energy_balance", "work", add(sums, sum::VISCOUS_WORK), own.viscous, energy),
+            ("energy_balance", "work", add(sums, sum::CLAY_WORK), own.backing, energy),
+            ("energy_balance", "deflection", most(sum::CLAY_DEPTH), balance.crater, length[0]),
             ("energy_balance", "law energy", law, balance.law, energy),
             ("energy_balance", "tension", most(sum::TENSION), balance.max_tension, force),
             ("energy_balance", "deflection", most(sum::DEFLECTION), deflection, length[0]),
