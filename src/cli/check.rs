@@ -248,10 +248,7 @@ fn the_run(case: &Case, simulation: &Simulation<f64>, elements: u64) -> (TextTab
         ("element-steps", format!("{} at most", grouped(elements.saturating_mul(steps)))),
         ("held", held(case)),
         ("behind the pack", behind(case)),
-        (
-            "run time",
-            format!("{} s at most, at {each} µs an element-step, threads: {threads}", short(seconds, 2)),
-        ),
+        ("run time", format!("{} s at most, at {each} µs an element-step, threads: {threads}", short(seconds, 2))),
         ("memory", format!("{} of state and history", bytes(memory))),
     ]);
     let value = json!({

@@ -126,7 +126,8 @@ pub(crate) fn profiles(case: &Case, run: &Run) -> Option<Figure> {
     for (n, (time, points)) in lines.iter().enumerate() {
         plot.line(&format!("t{n}"), time, points);
     }
-    let caption = format!("The struck ply along the {along} through the point of impact, from faint to strong in time.");
+    let caption =
+        format!("The struck ply along the {along} through the point of impact, from faint to strong in time.");
     (count > 0).then(|| Figure::new("profile", "Deflection profile", caption, Some(plot)))
 }
 
