@@ -312,6 +312,7 @@ fn parts(device: &'static Device) -> Outcome {
         (small(&["/projectile/offset_mm=[2.54,0]"]), 2),
         (small(&oblique), 2),
         (small(&PAIR), 4),
+        (small(&["/backing={}"]), 4),
         (small(&[oblique[0], oblique[1], EDGES]), 2),
         (small(&[PAIR[0], PAIR[1], EDGES]), 4),
         (graded(&[]), 4),

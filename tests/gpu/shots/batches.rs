@@ -4,7 +4,7 @@
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use ripstop::case::Case;
+use ripstop::case::{Backing, BackingMaterial, Case};
 use ripstop::gpu::Device;
 use ripstop::output::Folder;
 use ripstop::run::batch::{DeviceBatch, PreparedShot};
@@ -52,9 +52,12 @@ fn together(batch: &mut DeviceBatch<'_>, cases: &[Case]) -> Vec<Vec<String>> {
 }
 
 fn each_as_alone(device: &'static Device) -> Outcome {
+    let mut clay = pack();
+    clay.backing = Some(Backing { material: BackingMaterial::Clay, gap: 0.0, pressure: 0.71e6 });
     for (case, velocities) in [
         (ply(), &[400.0, 250.0, 600.0, 400.5][..]),
         (pack(), &[500.0, 350.0, 650.0]),
+        (clay, &[500.0, 350.0]),
         (quarter(), &[350.0, 140.0, 250.0]),
         (edges(), &[400.0, 550.0]),
         // One whose numbers blow up ends alone.
