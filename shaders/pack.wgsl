@@ -213,7 +213,7 @@ fn node_vector(field: u32, node: u32) -> vec3<f32> { return vector_in(slot_now()
 /// Place of such a number of a node, behind both slots.
 fn clay_word(which: u32, node: u32) -> u32 { return node_word(2u, which, node); }
 
-/// Whether clay stands behind a ply.
+/// Whether a ply has clay behind it.
 fn has_clay(ply: u32) -> bool { return BACKING && 0.0 < plies[ply].clay_rate; }
 
 /// Velocity of a node before the forces of this step, less what clay took since, which is no force [m/s].

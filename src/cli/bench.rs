@@ -39,8 +39,8 @@ const CASES: [(&str, &str); 35] = cases! {
     "verify/strip-crimped-155" "verify/strip-compressible-155"
     "verify/strip-compressible-250" "verify/strip-pulled-weft-free" "verify/strip-pulled-weft-held"
     "verify/membrane-frequency" "verify/cone-on-membrane" "verify/mass-on-strip" "verify/first-drop" "verify/free-flight"
-    "verify/free-impact" "verify/mirror" "verify/s720-prototype" "verify/mass-on-drum" "verify/corner-clamps" "verify/standoff" "verify/clay-drop"
-    "verify/turned-in-window" "verify/turned-swap"
+    "verify/free-impact" "verify/mirror" "verify/s720-prototype" "verify/mass-on-drum" "verify/corner-clamps" "verify/standoff"
+    "verify/clay-drop" "verify/turned-in-window" "verify/turned-swap"
     "stress/light-projectile" "stress/heavy-courant-0.99" "stress/oblique-tip" "stress/spinning-fragment" "stress/thick-pack"
     "stress/pretension-free-edges" "stress/no-crimp" "stress/large-crimp" "stress/rigid-crossovers" "stress/one-yarn-absent"
     "stress/one-element" "stress/everything-erodes"
@@ -166,7 +166,7 @@ fn number(value: &Value) -> f64 {
     value.as_f64().unwrap_or(f64::NAN)
 }
 
-/// What was left out, a line each, and why.
+/// Lines of what was left out, each with its reason.
 fn left_out(rows: &Value) -> String {
     let line = |row: &Value| format!("left out: {}: {}\n", word(&row["name"]), word(&row["reason"]));
     rows.as_array().into_iter().flatten().map(line).collect()

@@ -43,7 +43,7 @@ const QUIET: f64 = 20e-6;
 
 /// Share of the impact speed that is rest: a body held by nodes that cannot move only comes near to it.
 const REST: f64 = 1e-9;
-/// The same against clay, which resists a slow body in part, so that it only comes near to rest.
+/// Share of the impact speed that is rest against clay, which resists a slow body in part, so that it only comes near to rest.
 const REST_ON_CLAY: f64 = 1e-3;
 
 /// Outcome of a shot.

@@ -66,7 +66,8 @@ shared! {
     Ply {
         rows: u32, columns: u32, ply_type: u32, present: u32, origin: [f32; 2], length: [f32; 2], cosine: f32,
         sine: f32, z: f32, depth: f32, touching: f32, thickness: f32, mass: f32, inverse_inner: f32,
-        inverse_edge: f32, inverse_corner: f32, held: u32, span: u32, longest: f32, shares_row: u32, clay_gap: f32, clay_rate: f32,
+        inverse_edge: f32, inverse_corner: f32, held: u32, span: u32, longest: f32, shares_row: u32, clay_gap: f32,
+        clay_rate: f32,
     }
 
     /// One grid line.

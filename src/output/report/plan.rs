@@ -28,7 +28,7 @@ pub fn held(case: &Case) -> String {
     words.join("; ")
 }
 
-/// What stands behind the pack, in words.
+/// Backing of the pack, in words.
 pub fn behind(case: &Case) -> String {
     let Some(clay) = case.backing else { return "nothing".to_owned() };
     let gap = if clay.gap > 0.0 { format!("{} mm of air, then ", short(clay.gap * 1e3, 4)) } else { String::new() };
