@@ -1,7 +1,7 @@
 //! `ripstop new`: a case to start from. Known fabrics and projectiles stand in `presets.json`.
 
 use std::fs;
-use std::io::{self, BufRead, Write};
+use std::io::{self, BufRead, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -62,7 +62,8 @@ pub(crate) fn new(arguments: &NewArguments) -> Result<(), CommandFailure> {
         let failure = CommandFailure::expected(file.display(), "a file that is not there yet", "one that is");
         return Err(failure.help("--force writes over it"));
     }
-    let given = if *from_sheet { ask_fabric(&mut io::stdin().lock()) } else { read_fabric(fabric) };
+    let given =
+        if *from_sheet { ask_fabric(&mut io::stdin().lock(), io::stdin().is_terminal()) } else { read_fabric(fabric) };
     let (fabric_name, fabric, mut sources) = given?;
     let (what, mut projectile, its_sources) = read_projectile(projectile)?;
     projectile["velocity_m_s"] = json!(velocity);
@@ -203,13 +204,15 @@ const LINEAR_DENSITY: [&str; 3] = ["linear_density_denier", "linear_density_dtex
 const COUNT: [&str; 2] = ["count_per_inch", "count_per_cm"];
 const STRENGTH: [&str; 5] = ["strength_gpa", "strength_mpa", "tenacity_g_den", "tenacity_cn_tex", "failure_strain"];
 
-/// Asks for a fabric, line by line: its name, its keys, and its sources as pointers of a case.
-fn ask_fabric(answers: &mut impl BufRead) -> Result<Projectile, CommandFailure> {
+/// Asks for a fabric, line by line: its name, its keys, and its sources as pointers of a case. `typed`: by a person, who may answer again.
+fn ask_fabric(answers: &mut impl BufRead, typed: bool) -> Result<Projectile, CommandFailure> {
     let mut ask = |question: &str, more: &str| {
         terminal::print(&format!("{question} ({more}): "))?;
         let mut line = String::new();
         let refused = |error| CommandFailure::expected(question, "an answer that can be read", error);
-        answers.read_line(&mut line).map_err(refused)?;
+        if answers.read_line(&mut line).map_err(refused)? == 0 && typed {
+            return Err(CommandFailure::expected(question, "an answer", "the end of what was typed"));
+        }
         Ok::<_, CommandFailure>(line.trim().to_owned())
     };
     let name = ask("name of the fabric", "Kevlar S-706")?;
@@ -225,29 +228,38 @@ fn ask_fabric(answers: &mut impl BufRead) -> Result<Projectile, CommandFailure> 
             Empty::Assumed(value) => format!("{example}; empty: {value}, assumed"),
             Empty::Again => format!("{example}; empty: {last}"),
         };
-        let answer = match (ask(question, &more)?, empty) {
-            (answer, _) if !answer.is_empty() => answer,
-            (_, Empty::Assumed(value)) => {
-                sources.insert(format!("/fabric/{}", keys[0]), json!("assumed: not on the sheet"));
-                value.to_owned()
+        let before = last;
+        let (key, value) = loop {
+            last = match (ask(question, &more)?, empty) {
+                (answer, _) if !answer.is_empty() => answer,
+                (_, Empty::Assumed(value)) => {
+                    sources.insert(format!("/fabric/{}", keys[0]), json!("assumed: not on the sheet"));
+                    value.to_owned()
+                }
+                (_, Empty::Again) => before.clone(),
+                (answer, _) => answer,
+            };
+            let values: Vec<(&str, Value)> =
+                keys.iter().filter_map(|key| Some((*key, case::value_in(key, &last)?))).collect();
+            // The key in the unit of the answer, if there is one.
+            match values.iter().find(|(_, value)| value.is_number()).or(values.first()) {
+                Some((key, value)) => break (*key, value.clone()),
+                None if last.is_empty() && matches!(empty, Empty::LeftOut(_)) => break ("", Value::Null),
+                None => {
+                    let expected = format!("a number with its unit: {example}");
+                    let failure = CommandFailure::expected(question, expected, format!("{last:?}"));
+                    // Who types is asked again; answers of a file would be taken for others from here on.
+                    if !typed {
+                        return Err(failure);
+                    }
+                    failure.report();
+                }
             }
-            (_, Empty::Again) => last,
-            (_, Empty::LeftOut(_)) => {
-                last = String::new();
-                continue;
-            }
-            (answer, Empty::Refused) => answer,
         };
-        let values: Vec<(&str, Value)> =
-            keys.iter().filter_map(|key| Some((*key, case::value_in(key, &answer)?))).collect();
-        // The key in the unit of the answer, if there is one.
-        let found = values.iter().find(|(_, value)| value.is_number()).or(values.first());
-        let (key, value) = found.ok_or_else(|| {
-            CommandFailure::expected(question, format!("a number with its unit: {example}"), format!("{answer:?}"))
-        })?;
-        let object = if yarn.is_empty() { &mut fabric } else { &mut fabric[yarn] };
-        object[*key] = value.clone();
-        last = answer;
+        if !value.is_null() {
+            let object = if yarn.is_empty() { &mut fabric } else { &mut fabric[yarn] };
+            object[key] = value;
+        }
     }
     // A sheet has one fibre.
     for key in ["modulus_gpa"].into_iter().chain(STRENGTH) {

@@ -261,12 +261,14 @@ pub(crate) fn show_run(name: &str, at: &Progress) {
     let [time, end] = [at.time, at.end_time].map(|time| time * 1e6);
     let message = format!("{time:.0}/{end:.0} µs  {:.1} m/s  {} yarns failed", at.velocity, at.failed);
     show_progress(name, &message, at.velocity, |seconds, first| {
-        let rate = at.steps as f64 * at.elements as f64 / seconds.max(1e-9) / 1e6;
+        // The first look measures nothing.
+        let rate = (seconds > 0.2).then(|| at.steps as f64 * at.elements as f64 / seconds / 1e6);
+        let rate = rate.map_or_else(String::new, |rate| format!("  {rate:.1} M/s"));
         // A run ends once the projectile has stopped, at the deceleration so far, or at its end time.
         let stop = at.time * at.velocity / (first - at.velocity);
         let left = if stop > 0.0 { stop.min(at.end_time - at.time) } else { at.end_time - at.time };
         let done = at.time / (at.time + left);
-        (format!("  {rate:.1} M/s"), done, Some(seconds * (1.0 - done) / done).filter(|left| left.is_finite()))
+        (rate, done, Some(seconds * (1.0 - done) / done).filter(|left| left.is_finite()))
     });
 }
 

@@ -85,6 +85,7 @@ fn a_sheet_is_asked_for_number_by_number_each_with_its_unit() {
         let output = ask(answers);
         assert!(code(&output) == 2 && stderr(&output).contains(&format!("error: {place}\n")), "{}", stderr(&output));
     }
+    assert!(stderr(&ask("Mine\n\n600 den\n\n84 GPa\n")).contains("found: \"\""));
 }
 
 #[test]

@@ -2,7 +2,8 @@
 
 use super::animation::{Animation, Keyframe};
 use super::plot::{self, Figure, Plot};
-use crate::case::Case;
+use crate::case::{Case, Yarn};
+use crate::model::unit_cell_curve;
 use crate::output::breakage::Breakage;
 use crate::output::number::short;
 use crate::output::summary::residual_velocity;
@@ -11,21 +12,31 @@ use crate::run::{DeflectionProfile, Run, Sample};
 
 /// Deflection profiles at most.
 const PROFILES: usize = 6;
+/// Points of a curve of the unit cell.
+const CELL_POINTS: usize = 120;
+/// End of a curve whose yarn never breaks [-].
+const NO_BREAK: f64 = 0.05;
 
 /// A quantity of the history under its name.
 type HistoryCurve = (&'static str, fn(&Sample) -> f64);
 /// A line under its name.
 type Line = (String, Vec<[f64; 2]>);
 
-/// Plot of lines over time [µs]. `least`: the upper end of the axis at least.
-fn over_time(least: f64, title: &str, lines: &[Line]) -> Plot {
+/// Plot of lines from the origin. `least`: the upper end of the vertical axis at least.
+fn plot_of(least: f64, titles: [&str; 2], lines: &[Line]) -> Plot {
     let points = || lines.iter().flat_map(|(_, points)| points).filter(|p| p[0].is_finite() && p[1].is_finite());
     let end = points().map(|p| p[0]).fold(1e-6, f64::max);
     let range = [points().map(|p| p[1]).fold(0.0, f64::min), points().map(|p| p[1]).fold(least, f64::max)];
-    let mut plot = Plot::new([0.0, end], range, ["time [µs]", title]);
+    let mut plot = Plot::new([0.0, end], range, titles);
     for (n, (name, points)) in lines.iter().enumerate() {
         plot.line(&format!("k{n}"), if lines.len() > 1 { name } else { "" }, points);
     }
+    plot
+}
+
+/// Plot of lines over time [µs].
+fn over_time(least: f64, title: &str, lines: &[Line]) -> Plot {
+    let mut plot = plot_of(least, ["time [µs]", title], lines);
     plot.over_time = true;
     plot
 }
@@ -129,6 +140,34 @@ pub(crate) fn profiles(case: &Case, run: &Run) -> Option<Figure> {
     let caption =
         format!("The struck ply along the {along} through the point of impact, from faint to strong in time.");
     (count > 0).then(|| Figure::new("profile", "Deflection profile", caption, Some(plot)))
+}
+
+/// Tension over stretch of the first fabric's unit cell: one yarn pulled while the other keeps its length, and both alike, up to the break.
+pub(crate) fn unit_cell(case: &Case) -> Figure {
+    let layers = case.layers();
+    let fabric = &layers[0].fabric;
+    let yarns = [&fabric.warp, &fabric.weft];
+    let strain = |yarn: &Yarn| yarn.breaking_strain().unwrap_or(NO_BREAK);
+    let pulls =
+        [("warp, weft held", [true, false]), ("weft, warp held", [false, true]), ("warp, both pulled", [true; 2])];
+    let lines =
+        pulls.into_iter().filter(|(_, pulled)| yarns.iter().zip(pulled).all(|(yarn, pulled)| yarn.present || !pulled));
+    let lines: Vec<Line> = lines
+        .map(|(name, pulled)| {
+            let a = usize::from(!pulled[0]);
+            let end = (1.0 + yarns[a].crimp) * (1.0 + strain(yarns[a]));
+            let stretches = (0..=CELL_POINTS).map(|n| 1.0 + (end - 1.0) * n as f64 / CELL_POINTS as f64);
+            let points = stretches.flat_map(|pull| {
+                let [warp, weft] = pulled.map(|pulled| if pulled { pull } else { 1.0 });
+                unit_cell_curve::solve(fabric, &[warp], &[weft])
+            });
+            let unbroken = points.take_while(|point| (0..2).all(|b| point.cell.strain[b] <= strain(yarns[b])));
+            (name.to_owned(), unbroken.map(|point| [100.0 * (point.stretch[a] - 1.0), point.cell.tension[a]]).collect())
+        })
+        .collect();
+    let plot = plot_of(0.0, ["stretch [%]", "tension of a yarn [N]"], &lines);
+    let caption = format!("{}: the law that every element follows, from rest to the break.", fabric.name);
+    Figure::new("unit-cell", "Unit cell", caption, Some(plot))
 }
 
 /// `shot.svg`: the shot at a glance.

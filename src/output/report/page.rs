@@ -32,13 +32,14 @@ pub fn report(case: &Case, run: &Run, summary: &Value, animation: &Animation) ->
     let animation = Some(animation).filter(|animation| animation.keyframes.len() > 1);
     let checks = checks(case, run);
     let strikes = case.projectile.is_some();
-    let figures: [Option<Figure>; 6] = [
+    let figures: [Option<Figure>; 7] = [
         strikes.then(|| figures::velocity(run)),
         strikes.then(|| figures::force(run)),
         animation.and_then(figures::deflection),
         Some(figures::energy(run)),
         Some(figures::failures(case, run)),
         figures::profiles(case, run),
+        Some(figures::unit_cell(case)),
     ];
     let text = |key: &str| summary[key].as_str().unwrap_or_default();
     let version = format!("{}, case hash {}", text("version"), text("case_hash"));
