@@ -11,6 +11,7 @@ use crate::case::{Drawn, in_words};
 use crate::output::number::short;
 use crate::output::report::plot::{Figure, Plot};
 use crate::output::report::{figure, page, table};
+use crate::run::outcome::Outcome;
 
 /// Points of a curve.
 const POINTS: usize = 240;
@@ -164,6 +165,17 @@ pub(super) fn shot_panel<'a>(
     }
     name_outcomes(&mut plot);
     (!shots.is_empty()).then(|| Figure::new(id, title, "", Some(plot)))
+}
+
+/// Folded table of all shots, with lines below it.
+pub(super) fn all_shots(rows: &[ShotRow], foot: &str) -> ReportTable {
+    let line = |row: &ShotRow| {
+        let residual = row.residual.map_or_else(|| "-".to_owned(), |residual| short(residual, 4));
+        let outcome = row.outcome.map_or("failed", Outcome::word).to_owned();
+        vec![row.order.shot.to_string(), short(row.velocity, 4), residual, outcome, row.trust.clone()]
+    };
+    let heads = ["shot", "velocity m/s", "residual m/s", "outcome", "trust"];
+    ReportTable { is_folded: true, ..ReportTable::new("All shots", &heads, 0).rows(rows.iter().map(line), foot) }
 }
 
 /// Figures of each value that was drawn over the velocity.

@@ -13,12 +13,11 @@ use serde_json::json;
 use super::batch::{self, Batch, BatchError, BatchOptions, ShotOrder, StudyProgress, notes};
 use super::fit::{Fit, fit};
 use super::range_data::{FitRow, RangeData};
-use super::report::{Report, ReportTable, drawn_panels};
+use super::report::{Report, ReportTable, all_shots, drawn_panels};
 use crate::case::{Case, CaseError, Drawn, RANGE_STREAM};
 use crate::num::random::DrawKey;
 use crate::output::checks::{Level, advice, checks};
 use crate::output::csv::{number, quoted};
-use crate::output::number::short;
 use crate::output::{Breakage, Folder, absorbed_energy, residual_velocity};
 use crate::run::Run;
 use crate::run::outcome::Outcome;
@@ -153,21 +152,10 @@ impl ShotsResult {
         report.notes.extend(reason.map(|reason| format!("{} shots without an outcome; {reason}", failed.len())));
         report.notes.extend(notes(case));
         report.panels.extend(drawn_panels(&self.rows));
-        let line = |row: &ShotRow| {
-            let residual = row.residual.map_or_else(|| "-".to_owned(), |residual| short(residual, 4));
-            let outcome = row.outcome.map_or("failed", Outcome::word);
-            let texts =
-                [row.order.shot.to_string(), short(row.velocity, 4), residual, outcome.to_owned(), row.trust.clone()];
-            texts.to_vec()
-        };
         let foot =
             "A number leads to the report of that shot, once this command with --only and the number has run it alone.";
-        report.tables.push(ReportTable {
-            links: self.rows.iter().map(|row| format!("shot-{}/report.html", row.order.shot)).collect(),
-            is_folded: true,
-            ..ReportTable::new("All shots", &["shot", "velocity m/s", "residual m/s", "outcome", "trust"], 0)
-                .rows(self.rows.iter().map(line), foot)
-        });
+        let links = self.rows.iter().map(|row| format!("shot-{}/report.html", row.order.shot)).collect();
+        report.tables.push(ReportTable { links, ..all_shots(&self.rows, foot) });
         report
     }
 }

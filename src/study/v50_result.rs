@@ -8,7 +8,9 @@ pub use super::interval::ThresholdSample;
 use super::interval::{Bounds, student_t};
 use super::limit::{Limit, Passed, QUANTILES, Quantile};
 use super::range_data::VelocityUnit;
-use super::report::{Report, ReportTable, drawn_panels, headline, residual_panel, shot_panel, threshold_panel};
+use super::report::{
+    Report, ReportTable, all_shots, drawn_panels, headline, residual_panel, shot_panel, threshold_panel,
+};
 use super::shots::ShotRow;
 use super::v50::{AS_WOVEN, FoundThreshold, middle};
 use crate::case::{Accuracy, Case, Numerics, case_hash};
@@ -290,12 +292,15 @@ impl V50Result {
         }
         if !self.non_monotone.is_empty() {
             let numbers: Vec<String> = self.non_monotone.iter().map(ToString::to_string).collect();
-            notes.push(format!(
-                "{} of {} realisations are not monotone, a faster shot was stopped: {}",
-                numbers.len(),
-                self.thresholds.len(),
-                numbers.join(", ")
-            ));
+            notes.push(match self.is_alone {
+                true => "a shot above the limit was stopped again: see the figure of shots".to_owned(),
+                false => format!(
+                    "in {} of {} realisations a faster shot was stopped: numbers {}",
+                    numbers.len(),
+                    self.thresholds.len(),
+                    numbers.join(", ")
+                ),
+            });
         }
         if self.failed > 0 {
             notes.push(format!("{} of {} shots have no outcome: see v50.csv", self.failed, self.shots));
@@ -329,9 +334,23 @@ impl V50Result {
         let heads = ["yarns", "strength", "limit m/s", "low", "high", "over measured from", "to"];
         tables.insert(0, ReportTable::new("strength of the yarns", &heads, 1).rows(self.as_woven().map(row), ""));
         let thresholds = self.sample.filter(|_| !self.is_alone).map(|sample| threshold_panel(self, &sample));
-        let words = ["shots", "Shots of the search", "realisation [-]"];
-        let shots = shot_panel(words, &self.rows, |row| Some(f64::from(row.order.shot)));
+        let words = ["shots", "Shots of the search", if self.is_alone { "perforated [-]" } else { "realisation [-]" }];
+        let value = |row: &ShotRow| match self.is_alone {
+            true => row.perforated().map(|through| f64::from(u8::from(through))),
+            false => Some(f64::from(row.order.shot)),
+        };
+        let shots = shot_panel(words, &self.rows, value);
         let drawn = drawn_panels(&self.rows);
+        let velocity = "--set /projectile/velocity_m_s=V";
+        let foot = match self.is_alone {
+            true => format!("A shot at velocity V again, with its report: ripstop run of this case with {velocity}."),
+            false => format!(
+                "Shot N at velocity V again, with its report: ripstop shots of this case with {velocity} --set \
+                 /variability/velocity=null --count {} --only N.",
+                self.thresholds.len()
+            ),
+        };
+        tables.push(all_shots(&self.rows, &foot));
         Report {
             title: case.title.clone(),
             counts,
