@@ -47,9 +47,9 @@ pub(crate) struct NewArguments {
     /// Projectile: a name, or sphere:D, ball:D, rcc:D, cylinder:DxL, ogive:DxL, cone:DxL with sizes in mm, of solid steel
     #[arg(long, value_name = "NAME", default_value = "rcc-paper")]
     projectile: String,
-    /// Velocity [m/s]
+    /// Velocity [m/s], or with its unit, such as "510 ft/s"
     #[arg(long, value_name = "M_S", default_value = "200", allow_negative_numbers = true)]
-    velocity: Number,
+    velocity: String,
     /// Write over FILE where there is one
     #[arg(long)]
     force: bool,
@@ -66,7 +66,14 @@ pub(crate) fn new(arguments: &NewArguments) -> Result<(), CommandFailure> {
         if *from_sheet { ask_fabric(&mut io::stdin().lock(), io::stdin().is_terminal()) } else { read_fabric(fabric) };
     let (fabric_name, fabric, mut sources) = given?;
     let (what, mut projectile, its_sources) = read_projectile(projectile)?;
-    projectile["velocity_m_s"] = json!(velocity);
+    let number = velocity.parse::<Number>().ok().map(Value::from).or_else(|| case::value_in("velocity_m_s", velocity));
+    projectile["velocity_m_s"] = number.ok_or_else(|| {
+        let found = format!("{velocity:?}");
+        CommandFailure::expected("--velocity", "a number in m/s, or with its unit, such as \"510 ft/s\"", found)
+    })?;
+    let velocity = projectile["velocity_m_s"]
+        .as_str()
+        .map_or_else(|| format!("{} m/s", projectile["velocity_m_s"]), str::to_owned);
     projectile["friction"] = json!(0.2);
     let chosen = json!("chosen with `ripstop new`");
     sources.insert("/pack".to_owned(), chosen.clone());
@@ -74,7 +81,7 @@ pub(crate) fn new(arguments: &NewArguments) -> Result<(), CommandFailure> {
     sources.insert("/projectile/velocity_m_s".to_owned(), chosen);
     sources.insert("/projectile/friction".to_owned(), json!("assumed: not published"));
     let count = if *plies == Number::from(1) { "1 ply".to_owned() } else { format!("{plies} plies") };
-    let title = format!("{fabric_name}, {count}, {what} at {velocity} m/s");
+    let title = format!("{fabric_name}, {count}, {what} at {velocity}");
     let document = json!({
         "$schema": SCHEMA,
         "title": title,
