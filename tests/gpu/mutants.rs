@@ -36,7 +36,7 @@ impl Defect {
     fn parts(&self) -> &'static [Part] {
         match self.kernel {
             "sweep" => &[Part::Sweep, Part::EnergyBalance, Part::Contact],
-            "projectile_points" | "projectile_contact" => &[Part::Contact],
+            "projectile_contact" => &[Part::Contact],
             "ply_search" | "ply_impulse" | "ply_move" => &[Part::Plies, Part::EnergyBalance],
             _ => &[Part::EnergyBalance],
         }
@@ -151,7 +151,7 @@ defects! {
         "loss of the free velocity" in "two free plies":
             "0.5 * dot(impulse, before + now)" => "0.5 * dot(impulse, free + now)";
     }
-    projectile_points {
+    projectile_contact {
         "cell of the node in every ply" in "sphere on turned plies, friction":
             "cell_over(ply, over[at])" => "cell_over(ply, over[node])";
         "rows do not spread" in "face of a cylinder exactly touching resting plies":
@@ -160,8 +160,6 @@ defects! {
         "ellipse as a circle" in "edges of a fragment": "let bend = squared(scene.chisel_slope);" => "let bend = 0.0;";
         "height of the first node" in "between nodes, yawed, friction":
             "mix(points[point_number(p)].pressed.z, points[point_number(q)].pressed.z, at)" => "points[point_number(p)].pressed.z";
-    }
-    projectile_contact {
         "clay as a force of the fabric" in "sphere on plies against clay, friction":
             "if (!has_clay(ply)) { return v; }" => "return v;";
         "nodes pull" in "sphere, spinning, oblique, friction":
