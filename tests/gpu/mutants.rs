@@ -95,8 +95,6 @@ defects! {
             "let row = place.x + before >= reach.x" => "let row = place.x + 1u >= reach.x + before";
         "mean along the other yarn" in "failure over a length":
             "vec2<u32>(u32(at), place.y), vec2<u32>(place.x, u32(at)), which == 0u" => "vec2<u32>(u32(at), place.y), vec2<u32>(place.x, u32(at)), which == 1u";
-        "law's energy of the other yarn" in "published, compressible":
-            "let at = i * LAW_COUNT + j;" => "let at = j * LAW_COUNT + i;";
         "weft force of the finest" in "graded": "scene.membrane_weft * x.x" => "scene.membrane_weft";
         "lines of the first sheet" in "graded plies of two fabrics": "(2u * plies[ply].ply_type + axis)" => "axis";
         "compression missing" in "variational, compressible": "scene.compression_a - scene.compression_b * q, 0.0" => "0.0, 0.0";
@@ -105,24 +103,15 @@ defects! {
         "shares of the yarns exchanged" in "variational, compressible": "slope.yx * per_sum" => "slope * per_sum";
         "curvature of the arc" in "variational, compressible":
             "(1.0 + excess) * inverse_secant * inverse_secant - b" => "(1.0 + excess) * inverse_secant - b";
-        "knee of the other yarn" in "yarns with curves": "select(ramp.zw, ramp.xy, which == 0u)" => "ramp.xy";
         "energy of a linear yarn" in "yarns with curves":
             "select(0.0, stiffness * sum, 0.0 < tension)" => "tension * strain";
-        "hourglass of the wrong corner" in "variational, compressible":
-            "corner_force(local, 1.0, 1.0, -1.0)" => "corner_force(local, 1.0, 1.0, 1.0)";
         "contact force halved" in "variational, compressible": "force = PI * s.arc.slope" => "force = HALF_PI * s.arc.slope";
-        "upper half of the arc sine" in "variational, compressible": "HALF_PI - 2.0 * angle" => "HALF_PI - angle";
         "sums of a row alone" in "variational, compressible": "i < INVOCATIONS; i += side()" => "i < side(); i += side()";
         "elements of the next tile left out" in "several workgroups of the energy balance": "corner_force(local - side(), 1.0, -1.0, 1.0)" => "select(vec3<f32>(0.0), corner_force(local - side(), 1.0, -1.0, 1.0), local >= 2u * side())";
         "slot of the last step written" in "variational, compressible": "nodes[node_word(slot_now(), 3u + a, node)] = after[a];" => "nodes[node_word(slot_before(), 3u + a, node)] = after[a];";
-        "half a drift at the first step" in "variational, rigid": "u + scene.dt * after" => "u + step.kick * after";
         "rows and columns of an edge" in "variational, compressible":
             "select(0u, sides, place.y == 0u)" => "select(0u, sides, place.x == 0u)";
         "no node of a frame held" in "a round window, graded": "in_frame(ply, SHARES, place) <= 0.0" => "false";
-        "frames of the first ply type" in "thirty degrees, clamped, smooth":
-            "plies[ply].shares_row + at / 4u / across" => "plies[0].shares_row + at / 4u / across";
-        "nodes in a frame whole" in "a rectangle with a free side and clamps at its corners":
-            "return abs(in_frame(ply, SHARES, place));" => "return 1.0;";
         "supports of a frame on its rim" in "a round window, graded": "if (FRAME || BACKING) { return node_at(ply, place); }" => "";
         "clay that throws back" in "against clay": "into * most / max(free, most)" => "most";
         "supports in the axes of the ply" in "thirty degrees, clamped, smooth":
@@ -136,7 +125,6 @@ defects! {
         "one element around a node not asked" in "two fabrics, holes, no hourglass":
             "let around = vec4<u32>(e, e - 1u, e - scene.columns - 1u, e - scene.columns);" => "let around = vec4<u32>(e, e - 1u, e - scene.columns - 1u, e);";
         "no ridges" in "ridges": "direction * dot(edge.arm, f.normal) > 0.0;" => "false;";
-        "twist of the cell" in "two free plies": "arm - s.twist * (place.x * place.y)" => "arm";
         "resting nodes not asked" in "resting plies": "return all(lies.xy >= low) && all(lies.xy <= high);" => "return false;";
         "velocity of a turned ply" in "thirty degrees, clamped, smooth":
             "return to_pack(ply, node_vector(3u, node));" => "return node_vector(3u, node);";
@@ -156,10 +144,7 @@ defects! {
             "cell_over(ply, over[at])" => "cell_over(ply, over[node])";
         "rows do not spread" in "face of a cylinder exactly touching resting plies":
             "min(reach.y + 1u, plies[local].rows + 1u)" => "min(reach.y, plies[local].rows + 1u)";
-        "arc as its chord" in "ogive, oblique, friction": "if (i == 0u && 0.0 < scene.profile_arc) {" => "if (false) {";
         "ellipse as a circle" in "edges of a fragment": "let bend = squared(scene.chisel_slope);" => "let bend = 0.0;";
-        "height of the first node" in "between nodes, yawed, friction":
-            "mix(points[point_number(p)].pressed.z, points[point_number(q)].pressed.z, at)" => "points[point_number(p)].pressed.z";
         "clay as a force of the fabric" in "sphere on plies against clay, friction":
             "if (!has_clay(ply)) { return v; }" => "return v;";
         "nodes pull" in "sphere, spinning, oblique, friction":
@@ -173,7 +158,5 @@ defects! {
         "largest deflections added" in "several workgroups of the energy balance": "which == DEFLECTION ||" => "";
         "tiles not counted anew" in "variational, compressible": "tiles[first + which] = 0.0;" => "";
         "absent elements do not cover" in "sphere in a round window": " && is_present(ply, cell)" => "";
-        "clay not counted anew" in "against clay": "nodes[clay_word(INTO_CLAY, node)] = 0.0;" => "";
-        "wefts do not cover" in "sphere under a weft": "runs_on(ply, place, 2u)" => "false";
     }
 }
