@@ -223,10 +223,18 @@ fn device_text(measured: &Value) -> String {
             kernels.collect::<Vec<_>>().join(", "),
         ]);
     }
-    let [copy, dispatch, host] =
-        ["copy_gb_per_s", "dispatch_us", "host_us_per_step"].map(|name| short(number(&measured[name]), 3));
+    let floors = [
+        "copy_gb_per_s",
+        "dispatch_us",
+        "storage_barrier_us",
+        "workgroup_barrier_us",
+        "dependent_read_us",
+        "host_us_per_step",
+    ];
+    let [copy, dispatch, storage, workgroup, read, host] = floors.map(|name| short(number(&measured[name]), 3));
     format!(
-        "{}\n\n{table}\na kernel copies {copy} GB/s; a dispatch takes {dispatch} µs at least; the host records a step in {host} µs\n{}\n",
+        "{}\n\n{table}\na kernel copies {copy} GB/s; a dispatch takes {dispatch} µs at least, a barrier of storage {storage} µs, of a workgroup \
+         {workgroup} µs, a read that waits for another {read} µs; the host records a step in {host} µs\n{}\n",
         word(&measured["device"]),
         left_out(&measured["left_out"])
     )
