@@ -1,0 +1,222 @@
+"""A case: what is to be computed. Keys and units are those of a case file, see docs/keys.md."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterable, Mapping
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, Literal
+
+from . import _ripstop, studies
+from .errors import CaseError, failed
+from .progress import Progress, Receiver
+from .run import Run
+
+Backend = Literal["auto", "cpu", "gpu"]
+Precision = Literal["f64", "f32"]
+
+#: Parts of a case whose keys may be keywords.
+PARTS = ("pack", "projectile", "solver", "output")
+
+
+def plain(value: Any) -> Any:
+    """Plain value of a numpy number or array, for JSON."""
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    raise TypeError(f"a case has no {type(value).__name__}: {value!r}")
+
+
+def sets(changes: Mapping[str, Any]) -> list[str]:
+    """Changes as the command line takes them after --set."""
+    return [f"{pointer}={json.dumps(value, default=plain)}" for pointer, value in changes.items()]
+
+
+@lru_cache(maxsize=1)
+def _keys() -> dict[str, list[str]]:
+    """Parts of a case by the keys that they have."""
+    schema = json.loads(_ripstop.schema())["properties"]
+    keys: dict[str, list[str]] = {}
+    for part in PARTS:
+        for key in schema[part]["properties"]:
+            keys.setdefault(key, []).append(part)
+    return keys | {key: [] for key in schema}
+
+
+def _document(keys: Mapping[str, Any]) -> dict[str, Any]:
+    """Case of keywords."""
+    document: dict[str, Any] = {"title": "a case", "sources": {"": "set by a program"}}
+    for key, value in keys.items():
+        parts = _keys().get(key)
+        if parts == []:
+            document[key] = value
+        elif parts is not None and len(parts) == 1:
+            document.setdefault(parts[0], {})[key] = value
+        else:
+            where = f"a key of one part; put it into {' or '.join(parts)}" if parts else "a key of a case or of one of its parts"
+            raise CaseError(f"error: keyword\n  expected: {where}\n  found: {key!r}\n  help: `ripstop schema` lists every key")
+    if isinstance(document.get("fabric"), str):
+        document["fabric"] = {"file": f"fabrics/{document['fabric']}.json"}
+    return document
+
+
+class Case:
+    """A checked case. It does not change: `with_` gives another one.
+
+    >>> ripstop.Case("shot.json")                                     # a file
+    >>> ripstop.Case({"title": "a shot", "fabric": {...}, ...})       # what a file would hold
+    >>> ripstop.Case(fabric="s-720", width_mm=40, height_mm=40, edges="clamped", shape="sphere", diameter_mm=6, mass_g=1, velocity_m_s=120)
+
+    Keywords are keys of a case file, or of its pack, projectile, solver or output. `fabric` may be the name of one that comes with ripstop:
+    s-720, s-728, km2-s706, kevlar29-s745, kevlar49-17x17, twaron-ct612, twaron-ct709. `name` names a case without a file in errors.
+
+    Raises CaseError with everything that is wrong.
+    """
+
+    _case: _ripstop.Case
+
+    def __init__(self, source: str | os.PathLike[str] | Mapping[str, Any] | None = None, /, *, name: str = "case", **keys: Any) -> None:
+        if source is not None and keys:
+            raise CaseError("error: Case\n  expected: a file, a dict or keywords\n  found: two of them\n  help: `with_` changes a case")
+        if isinstance(source, (str, os.PathLike)):
+            self._case = _ripstop.Case.read(os.fspath(source))
+        else:
+            document = _document(keys) if source is None else source
+            self._case = _ripstop.Case.parse(name, json.dumps(document, default=plain), "", [])
+
+    @classmethod
+    def _of(cls, handle: _ripstop.Case) -> Case:
+        case = cls.__new__(cls)
+        case._case = handle
+        return case
+
+    def with_(self, changes: Mapping[str, Any]) -> Case:
+        """The case with changes by JSON pointer, as --set makes them: `case.with_({"/projectile/velocity_m_s": 140})`.
+
+        Raises CaseError as a new case does.
+        """
+        return self._of(self._case.with_sets(sets(changes)))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _restored, self._case.parts()
+
+    def __repr__(self) -> str:
+        return f"<Case {self.title}>"
+
+    @property
+    def title(self) -> str:
+        """Title, with the changes."""
+        return self._case.title
+
+    @property
+    def name(self) -> str:
+        """Name of the file without its end, with the changes."""
+        return self._case.name
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """The case as run: what `case.json` beside its results holds."""
+        document: dict[str, Any] = json.loads(self._case.json())
+        return document
+
+    def run(
+        self,
+        backend: Backend = "auto",
+        *,
+        precision: Precision | None = None,
+        threads: int | None = None,
+        adapter: str | None = None,
+        frames: int | None = None,
+        out: str | os.PathLike[str] | None = None,
+        progress: bool | Receiver | None = None,
+    ) -> Run:
+        """Runs the case, to the same bits as `ripstop run`.
+
+        `backend`: "auto" takes a real GPU if there is one, else the processor. `adapter`: GPU by a part of its name or its number. `precision`:
+        "f64", or "f32", the only one of a GPU. `threads`: all cores without; results do not depend on it. `frames`: frames in memory, evenly
+        from impact to the end, up to twice as many; /output/frames of the case without. `out`: folder for the files that `ripstop run` writes,
+        frames excepted. `progress`: see `ripstop.progress.Progress`.
+
+        Raises CaseError, DeviceError, RunError for a run that became unstable, and Interrupted after Ctrl-C; the last two have the results so
+        far in `result`.
+        """
+        with Progress(progress, self.title) as show:
+            handle, failure = _ripstop.run(self._case, backend, adapter, precision, threads, frames, out and os.fspath(out), show)
+        run = Run(handle)
+        if failure is not None:
+            raise failed(failure, run, f"interrupted at {run.time_us:.4g} µs; `result` holds the results up to there")
+        return run
+
+    def shots(
+        self,
+        count: int = 1,
+        *,
+        velocity_m_s: tuple[float, float] | None = None,
+        **options: Any,
+    ) -> studies.Shots:
+        """Many shots, each with its own draws of /variability, as `ripstop shots`.
+
+        `velocity_m_s`: ends of the range that impact velocities are spread over evenly; that of the case without. `options`: see
+        `ripstop.studies.study`.
+        """
+        studies.within("count", count, 1, 10_000_000)
+        if velocity_m_s is not None:
+            low, high = velocity_m_s
+            if not 0 < low < high <= 5000:
+                raise CaseError(
+                    "error: velocity_m_s\n  expected: two velocities in m/s, the lower first, such as (150, 250)\n"
+                    f"  found: {velocity_m_s}\n  help: at most 5000 m/s"
+                )
+        request = {"kind": "shots", "count": count, "velocity": velocity_m_s, "over": []}
+        return studies.study(studies.Shots, self._case, request, **options)
+
+    def v50(
+        self,
+        count: int | None = None,
+        *,
+        until_width: float | None = None,
+        bracket: float = 0.005,
+        refined: int | None = None,
+        **options: Any,
+    ) -> studies.V50:
+        """Velocity at which half of all shots perforate, with its interval, as `ripstop v50`.
+
+        `count`: realisations at most, 64 without. `until_width`: stop once half the interval is at most this part of V50; 0.02 without `count`.
+        `bracket`: width of the bracket of a threshold over its lower end. `refined`: realisations that are also shot on the converged mesh, which
+        corrects V50; 1 where nothing varies and 4 otherwise, 0 leaves V50 to the mesh of the case. `options`: see `ripstop.studies.study`.
+
+        Raises RunError where there is no V50, with everything else in `result`.
+        """
+        request = studies.v50_request(count, until_width, bracket)
+        request["refined"] = refined if refined is not None else (4 if self._case.varies else 1)
+        return studies.study(studies.V50, self._case, request, **options)
+
+    def sweep(
+        self,
+        over: Mapping[str, Iterable[Any]],
+        *,
+        run: Literal["shots", "v50"] = "shots",
+        count: int | None = None,
+        until_width: float | None = None,
+        bracket: float = 0.005,
+        **options: Any,
+    ) -> studies.Sweep:
+        """Shots or a V50 at every point of a grid, as `ripstop sweep`.
+
+        `over`: values by JSON pointer, `{"/pack/plies": [1, 2, 4]}`. `count`: shots at each point, 1 without; realisations of a V50.
+        `until_width`, `bracket`: as of `v50`. `options`: see `ripstop.studies.study`.
+        """
+        factors = [(pointer, [json.dumps(value, default=plain) for value in values]) for pointer, values in over.items()]
+        if not factors or not all(values for _, values in factors):
+            raise CaseError("error: over\n  expected: values by JSON pointer\n  found: none\n  help: {'/pack/plies': [1, 2, 4]}")
+        if run == "v50":
+            request = studies.v50_request(count, until_width, bracket) | {"refined": 0}
+        else:
+            request = {"kind": "shots", "count": 1 if count is None else count, "velocity": None}
+            studies.within("count", request["count"], 1, 1_000_000)
+        return studies.study(studies.Sweep, self._case, request | {"over": factors}, **options)
+
+
+def _restored(*parts: Any) -> Case:
+    return Case._of(_ripstop.Case.parse(*parts))
