@@ -120,6 +120,15 @@ class Case:
         document: dict[str, Any] = json.loads(self._case.json())
         return document
 
+    def check(self) -> dict[str, Any]:
+        """What follows from the numbers of the case, without running it: the JSON of `ripstop check`.
+
+        `fabrics` (with `breaking_load_n`, `wave_speed_m_s`), `areal_density_kg_m2`, `impact_energy_j`, `run` (`time_step_us`, `elements`,
+        `memory_bytes`, …), `fields` with their sources, `warnings`.
+        """
+        sheet: dict[str, Any] = json.loads(self._case.check())
+        return sheet
+
     def run(
         self,
         backend: Backend = "auto",

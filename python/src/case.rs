@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use ripstop::case::{self as cases, Case as Nominal};
-use ripstop::output::warnings;
+use ripstop::output::{self, warnings};
+use ripstop::run::{Simulation, Skips};
 
 use crate::refused;
 
@@ -74,6 +75,13 @@ impl Case {
     #[getter]
     fn varies(&self) -> bool {
         self.case.varies()
+    }
+
+    /// JSON of `ripstop check`.
+    fn check(&self, py: Python<'_>) -> PyResult<String> {
+        let simulation = py.detach(|| Simulation::<f64>::with_skips(&self.case, Skips::default()));
+        let simulation = simulation.map_err(|error| refused(error.in_file(&self.file())))?;
+        Ok(output::sheet(&self.case, &simulation).to_string())
     }
 
     /// The case as run, as JSON.
