@@ -13,18 +13,21 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from ._ripstop import __version__
+from .campaign import Plan, campaign
 from .case import Case
 from .errors import CaseError, DeviceError, Interrupted, RunError
-from .frames import Frame, Frames
-from .run import Run
+from .plot import overlay
+from .run import Frame, Run
 from .studies import V50, Fit, Shots, Sweep, crossover, fit
 from .table import Table
 
 if TYPE_CHECKING:
-    from .plot import overlay as overlay
+    from .calibration import Limit, PictureFrame, ResidualVelocities, TensionTest, calibrate
+    from .sensitivity import study
 
 #: Names whose modules are imported when they are asked for, for they import larger libraries.
-LATER = {"overlay": "plot"}
+LATER = {"study": "sensitivity"}
+LATER |= dict.fromkeys(["Limit", "PictureFrame", "ResidualVelocities", "TensionTest", "calibrate"], "calibration")
 
 __all__ = [
     "Case",
@@ -32,8 +35,8 @@ __all__ = [
     "DeviceError",
     "Fit",
     "Frame",
-    "Frames",
     "Interrupted",
+    "Plan",
     "Run",
     "RunError",
     "Shots",
@@ -41,8 +44,10 @@ __all__ = [
     "Table",
     "V50",
     "__version__",
+    "campaign",
     "crossover",
     "fit",
+    "overlay",
     *LATER,
 ]
 

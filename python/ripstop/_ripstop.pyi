@@ -1,13 +1,12 @@
 """The library, in Rust. `ripstop` makes it pleasant."""
 
 from collections.abc import Callable, Mapping
-from os import PathLike
 from typing import Any
 
 __version__: str
 
 Show = Callable[[Mapping[str, float | None]], object]
-Frames = tuple[list[tuple[int, int, int, int]], bytes, list[tuple[float, dict[str, bytes], list[float] | None]]]
+Frames = tuple[list[tuple[int, int, int]], bytes, list[tuple[float, dict[str, bytes], list[float] | None]]]
 
 class CaseError(ValueError):
     """Refusal of a case, of an argument, or of a file or folder: where, expected, found, help."""
@@ -46,27 +45,9 @@ class Run:
     def page(self) -> str: ...
 
 def schema() -> str: ...
-def run(
-    case: Case,
-    backend: str,
-    adapter: str | None,
-    precision: str | None,
-    threads: int | None,
-    frames: int | None,
-    out: str | None,
-    show: Show | None,
-) -> tuple[Run, BaseException | None]: ...
-def study(
-    case: Case,
-    request: str,
-    out: PathLike[str],
-    backend: str,
-    adapter: str | None,
-    precision: str | None,
-    threads: int | None,
-    show: Show | None,
-) -> tuple[str | None, BaseException | None, bool]: ...
+def run(case: Case, request: str, show: Show | None) -> tuple[Run, BaseException | None]: ...
+def study(case: Case, request: str, show: Show | None) -> tuple[str | None, BaseException | None]: ...
 def crossover(case: Case, warp: list[float], weft: list[float], law: str | None) -> tuple[list[str], bytes]: ...
 def fit(
-    data: str, name: str | None, unit: str | None, columns: list[tuple[str, str]], spread: float | None, level: float
+    data: str, name: str, unit: str | None, columns: list[tuple[str, str]], spread: float | None, level: float
 ) -> tuple[str, str]: ...

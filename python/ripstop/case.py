@@ -6,12 +6,11 @@ import json
 import os
 from collections.abc import Iterable, Mapping
 from functools import lru_cache
-from pathlib import Path
 from typing import Any, Literal
 
 from . import _ripstop, studies
-from .errors import CaseError, failed
-from .progress import Progress, Receiver
+from .errors import among, failed, refusal, within
+from .progress import Receiver, shown
 from .run import Run
 
 Backend = Literal["auto", "cpu", "gpu"]
@@ -54,8 +53,8 @@ def _document(keys: Mapping[str, Any]) -> dict[str, Any]:
         elif parts is not None and len(parts) == 1:
             document.setdefault(parts[0], {})[key] = value
         else:
-            where = f"a key of one part; put it into {' or '.join(parts)}" if parts else "a key of a case or of one of its parts"
-            raise CaseError(f"error: keyword\n  expected: {where}\n  found: {key!r}\n  help: `ripstop schema` lists every key")
+            expected = f"{' or '.join(parts)}, a dict with it" if parts else "a key of a case, or of its pack, projectile, solver or output"
+            raise refusal("keywords", expected, key, "docs/keys.md lists every key")
     if isinstance(document.get("fabric"), str):
         document["fabric"] = {"file": f"fabrics/{document['fabric']}.json"}
     return document
@@ -74,21 +73,22 @@ class Case:
     Raises CaseError with everything that is wrong.
     """
 
-    _case: _ripstop.Case
+    #: The case in the library.
+    handle: _ripstop.Case
 
     def __init__(self, source: str | os.PathLike[str] | Mapping[str, Any] | None = None, /, *, name: str = "case", **keys: Any) -> None:
         if source is not None and keys:
-            raise CaseError("error: Case\n  expected: a file, a dict or keywords\n  found: two of them\n  help: `with_` changes a case")
+            raise refusal("Case", "a file, a dict or keywords", "two of them", "`with_` changes a case")
         if isinstance(source, (str, os.PathLike)):
-            self._case = _ripstop.Case.read(os.fspath(source))
+            self.handle = _ripstop.Case.read(os.fspath(source))
         else:
             document = _document(keys) if source is None else source
-            self._case = _ripstop.Case.parse(name, json.dumps(document, default=plain), "", [])
+            self.handle = _ripstop.Case.parse(name, json.dumps(document, default=plain), "", [])
 
     @classmethod
     def _of(cls, handle: _ripstop.Case) -> Case:
         case = cls.__new__(cls)
-        case._case = handle
+        case.handle = handle
         return case
 
     def with_(self, changes: Mapping[str, Any]) -> Case:
@@ -96,10 +96,10 @@ class Case:
 
         Raises CaseError as a new case does.
         """
-        return self._of(self._case.with_sets(sets(changes)))
+        return self._of(self.handle.with_sets(sets(changes)))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _restored, self._case.parts()
+        return _restored, self.handle.parts()
 
     def __repr__(self) -> str:
         return f"<Case {self.title}>"
@@ -107,17 +107,17 @@ class Case:
     @property
     def title(self) -> str:
         """Title, with the changes."""
-        return self._case.title
+        return self.handle.title
 
     @property
     def name(self) -> str:
         """Name of the file without its end, with the changes."""
-        return self._case.name
+        return self.handle.name
 
     @property
     def document(self) -> dict[str, Any]:
         """The case as run: what `case.json` beside its results holds."""
-        document: dict[str, Any] = json.loads(self._case.json())
+        document: dict[str, Any] = json.loads(self.handle.json())
         return document
 
     def check(self) -> dict[str, Any]:
@@ -126,7 +126,7 @@ class Case:
         `fabrics` (with `breaking_load_n`, `wave_speed_m_s`), `areal_density_kg_m2`, `impact_energy_j`, `run` (`time_step_us`, `elements`,
         `memory_bytes`, …), `fields` with their sources, `warnings`.
         """
-        sheet: dict[str, Any] = json.loads(self._case.check())
+        sheet: dict[str, Any] = json.loads(self.handle.check())
         return sheet
 
     def run(
@@ -137,7 +137,7 @@ class Case:
         threads: int | None = None,
         adapter: str | None = None,
         frames: int | None = None,
-        out: str | os.PathLike[str] | None = None,
+        out: studies.Place | None = None,
         progress: bool | Receiver | None = None,
     ) -> Run:
         """Runs the case, to the same bits as `ripstop run`.
@@ -145,40 +145,31 @@ class Case:
         `backend`: "auto" takes a real GPU if there is one, else the processor. `adapter`: GPU by a part of its name or its number. `precision`:
         "f64", or "f32", the only one of a GPU. `threads`: all cores without; results do not depend on it. `frames`: frames in memory, evenly
         from impact to the end, up to twice as many; /output/frames of the case without. `out`: folder for the files that `ripstop run` writes,
-        frames excepted. `progress`: see `ripstop.progress.Progress`.
+        frames excepted. `progress`: see `ripstop.progress.shown`.
 
         Raises CaseError, DeviceError, RunError for a run that became unstable, and Interrupted after Ctrl-C; the last two have the results so
         far in `result`.
         """
-        with Progress(progress, self.title) as show:
-            handle, failure = _ripstop.run(self._case, backend, adapter, precision, threads, frames, out and os.fspath(out), show)
+        wanted = studies.choice(backend, adapter, precision, threads) | {"frames": frames, "out": None if out is None else os.fspath(out)}
+        within("frames", frames, 0, 1e9)
+        with shown(progress, self.title) as show:
+            handle, failure = _ripstop.run(self.handle, json.dumps(wanted), show)
         run = Run(handle)
         if failure is not None:
             raise failed(failure, run, f"interrupted at {run.time_us:.4g} µs; `result` holds the results up to there")
         return run
 
-    def shots(
-        self,
-        count: int = 1,
-        *,
-        velocity_m_s: tuple[float, float] | None = None,
-        **options: Any,
-    ) -> studies.Shots:
+    def shots(self, count: int = 1, *, velocity_m_s: tuple[float, float] | None = None, **options: Any) -> studies.Shots:
         """Many shots, each with its own draws of /variability, as `ripstop shots`.
 
         `velocity_m_s`: ends of the range that impact velocities are spread over evenly; that of the case without. `options`: see
         `ripstop.studies.study`.
         """
-        studies.within("count", count, 1, 10_000_000)
-        if velocity_m_s is not None:
-            low, high = velocity_m_s
-            if not 0 < low < high <= 5000:
-                raise CaseError(
-                    "error: velocity_m_s\n  expected: two velocities in m/s, the lower first, such as (150, 250)\n"
-                    f"  found: {velocity_m_s}\n  help: at most 5000 m/s"
-                )
-        request = {"kind": "shots", "count": count, "velocity": velocity_m_s, "over": []}
-        return studies.study(studies.Shots, self._case, request, **options)
+        within("count", count, 1, 10_000_000)
+        if velocity_m_s is not None and not 0 < velocity_m_s[0] < velocity_m_s[1] <= 5000:
+            raise refusal("velocity_m_s", "two velocities in m/s, the lower first, such as (150, 250)", velocity_m_s, "at most 5000 m/s")
+        request = {"count": count, "velocity": velocity_m_s}
+        return studies.study(studies.Shots, self.handle, request, **options)
 
     def v50(
         self,
@@ -192,14 +183,13 @@ class Case:
         """Velocity at which half of all shots perforate, with its interval, as `ripstop v50`.
 
         `count`: realisations at most, 64 without. `until_width`: stop once half the interval is at most this part of V50; 0.02 without `count`.
-        `bracket`: width of the bracket of a threshold over its lower end. `refined`: realisations that are also shot on the converged mesh, which
-        corrects V50; 1 where nothing varies and 4 otherwise, 0 leaves V50 to the mesh of the case. `options`: see `ripstop.studies.study`.
-
-        Raises RunError where there is no V50, with everything else in `result`.
+        `bracket`: width of the bracket of a threshold over its lower end. `refined`: realisations that are also shot on the converged mesh,
+        which corrects V50: 1 where nothing varies and 4 otherwise; 0 leaves V50 to the mesh of the case. `options`: see `ripstop.studies.study`.
         """
-        request = studies.v50_request(count, until_width, bracket)
-        request["refined"] = refined if refined is not None else (4 if self._case.varies else 1)
-        return studies.study(studies.V50, self._case, request, **options)
+        within("refined", refined, 0, 1_000_000)
+        usual = 4 if self.handle.varies else 1
+        request = _limit(count, until_width, bracket) | {"refined": usual if refined is None else refined}
+        return studies.study(studies.V50, self.handle, request, **options)
 
     def sweep(
         self,
@@ -213,18 +203,25 @@ class Case:
     ) -> studies.Sweep:
         """Shots or a V50 at every point of a grid, as `ripstop sweep`.
 
-        `over`: values by JSON pointer, `{"/pack/plies": [1, 2, 4]}`. `count`: shots at each point, 1 without; realisations of a V50.
+        `over`: values by JSON pointer, `{"/pack/plies": [1, 2, 4]}`. `count`: shots at each point, 1 without, or realisations of a V50.
         `until_width`, `bracket`: as of `v50`. `options`: see `ripstop.studies.study`.
         """
+        among("run", run, ("shots", "v50"))
         factors = [(pointer, [json.dumps(value, default=plain) for value in values]) for pointer, values in over.items()]
         if not factors or not all(values for _, values in factors):
-            raise CaseError("error: over\n  expected: values by JSON pointer\n  found: none\n  help: {'/pack/plies': [1, 2, 4]}")
-        if run == "v50":
-            request = studies.v50_request(count, until_width, bracket) | {"refined": 0}
-        else:
-            request = {"kind": "shots", "count": 1 if count is None else count, "velocity": None}
-            studies.within("count", request["count"], 1, 1_000_000)
-        return studies.study(studies.Sweep, self._case, request | {"over": factors}, **options)
+            raise refusal("over", "values by JSON pointer", "none", "such as {'/pack/plies': [1, 2, 4]}")
+        request = _limit(count, until_width, bracket) if run == "v50" else {"count": 1 if count is None else count}
+        within("count", request["count"], 1, 1_000_000)
+        return studies.study(studies.Sweep, self.handle, request | {"over": factors}, **options)
+
+
+def _limit(count: int | None, until_width: float | None, bracket: float) -> dict[str, Any]:
+    """Request of a V50, with what the command takes where nothing is said."""
+    within("count", count, 1, 1_000_000)
+    within("until_width", until_width, 1e-6, 1.0)
+    within("bracket", bracket, 1e-6, 1.0)
+    width = 0.02 if until_width is None and count is None else until_width
+    return {"v50": True, "count": 64 if count is None else count, "until_width": width, "bracket": bracket}
 
 
 def _restored(*parts: Any) -> Case:

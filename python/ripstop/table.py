@@ -1,4 +1,4 @@
-"""Tables and results as arrays, dictionaries and pages."""
+"""Tables and results: arrays, dictionaries, pages."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import csv
 import html
 import io
 import json
-from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +13,10 @@ from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     import pandas
+    from matplotlib.axes import Axes
 
+#: Columns of text.
+TEXT = {"outcome", "reason", "trust", "yarn"}
 #: Height of a page in a notebook [px].
 HEIGHT = 640
 
@@ -29,37 +31,39 @@ class Table(dict[str, NDArray[Any]]):
         return pandas.DataFrame(self)
 
     @classmethod
-    def of_bytes(cls, names: Iterable[str], numbers: bytes) -> Table:
+    def of_bytes(cls, names: list[str], numbers: bytes) -> Table:
         """Table of float64 numbers, one column after the other."""
-        names = list(names)
-        columns = np.frombuffer(numbers, np.float64).reshape(len(names), -1) if names else ()
-        return cls(zip(names, columns))
+        return cls(zip(names, np.frombuffer(numbers, np.float64).reshape(len(names), -1))) if names else cls()
 
     @classmethod
     def of_csv(cls, text: str) -> Table:
-        """Table of a CSV with a heading: float64 where all cells are numbers or empty (NaN), else text."""
+        """Table of a CSV with a heading: numbers as float64, NaN where a cell is empty."""
         names, *rows = csv.reader(io.StringIO(text))
-        columns = zip(*rows) if rows else ((),) * len(names)
-        return cls((name, _column(cells)) for name, cells in zip(names, columns))
+        columns = ((name, np.array([row[at] for row in rows], np.str_)) for at, name in enumerate(names))
+        return cls((name, cells if name in TEXT else _numbers(cells)) for name, cells in columns)
 
 
-def _column(cells: Iterable[str]) -> NDArray[Any]:
-    texts = np.array(list(cells), dtype=np.str_)
+def _numbers(cells: NDArray[np.str_]) -> NDArray[Any]:
     try:
-        return np.where(texts == "", "nan", texts).astype(np.float64)
+        return np.where(cells == "", "nan", cells).astype(np.float64)
     except ValueError:
-        return texts
+        return cells  # values of a factor of a sweep may be words
 
 
 class Result:
-    """Result with a summary, whose numbers are attributes too: `result.absorbed_energy_j` is `result.summary["absorbed_energy_j"]`.
+    """Result with a summary and a page. `result.v50_m_s` is `result.summary["v50_m_s"]`. In a notebook it shows its page: verdict, figures, tables."""
 
-    In a notebook it shows its page: verdict, figures, tables.
-    """
+    #: Everything that the command prints with --json.
+    summary: dict[str, Any]
+    #: The page that the command writes: one HTML file that needs nothing else.
+    page: str
+    #: The table that comes with it.
+    table: Table
+    #: Its plot in `ripstop.plot`.
+    drawing: str
 
     def __init__(self, summary: str) -> None:
-        #: Everything that the command prints with --json.
-        self.summary: dict[str, Any] = json.loads(summary)
+        self.summary = json.loads(summary)
 
     def __getattr__(self, name: str) -> Any:
         try:
@@ -70,11 +74,17 @@ class Result:
     def __dir__(self) -> list[str]:
         return [*super().__dir__(), *self.summary]
 
-    @property
-    def page(self) -> str:
-        """Page of the result: one HTML file that needs nothing else."""
-        raise NotImplementedError
+    def to_pandas(self) -> pandas.DataFrame:
+        """Its table as a pandas DataFrame."""
+        return self.table.to_pandas()
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draws it: the velocity of a run, Vs-Vr of shots, V0 to V100 of a limit, the response of a sweep. `ripstop.plot` has more."""
+        from . import plot
+
+        axes: Axes = getattr(plot, self.drawing)(self, ax)
+        return axes
 
     def _repr_html_(self) -> str:
-        frame = f'<iframe srcdoc="{html.escape(self.page)}" sandbox="allow-scripts allow-same-origin"'
+        frame = f'<iframe srcdoc="{html.escape(self.page)}" sandbox="allow-scripts"'
         return f'{frame} style="width: 100%; height: {HEIGHT}px; border: 0"></iframe>'

@@ -6,14 +6,23 @@ use std::sync::{Arc, Mutex, PoisonError};
 use pyo3::prelude::*;
 use ripstop::gpu::{self, Device};
 use ripstop::run::{Options, Precision};
+use serde::Deserialize;
 
 use crate::{no_device, wrong};
 
-/// Devices so far by what was asked for: `auto` and a name; `None`: no real one.
-static DEVICES: Mutex<Option<HashMap<(bool, Option<String>), Option<Arc<Device>>>>> = Mutex::new(None);
+/// Devices by whether the processor may take over and by name; `None`: the processor does.
+type Devices = HashMap<(bool, Option<String>), Option<Arc<Device>>>;
 
-/// Threads of a run at most.
-const MAX_THREADS: usize = 1024;
+static DEVICES: Mutex<Option<Devices>> = Mutex::new(None);
+
+/// Backend that is asked for: `auto`, `cpu` or `gpu`, `f32` or `f64`.
+#[derive(Deserialize)]
+pub(crate) struct Wanted {
+    backend: String,
+    adapter: Option<String>,
+    precision: Option<String>,
+    threads: Option<usize>,
+}
 
 /// Backend, number type and threads of a run.
 pub(crate) struct Backend {
@@ -24,50 +33,34 @@ pub(crate) struct Backend {
     pub(crate) auto: bool,
 }
 
-impl Backend {
-    /// The backend of these arguments.
-    pub(crate) fn choose(
-        backend: &str,
-        adapter: Option<&str>,
-        precision: Option<&str>,
-        threads: Option<usize>,
-    ) -> PyResult<Self> {
-        let asked = match precision {
-            None => None,
-            Some("f64") => Some(Precision::F64),
-            Some("f32") => Some(Precision::F32),
-            Some(other) => return Err(wrong("precision", "\"f64\" or \"f32\"", &format!("{other:?}"), "leave it out")),
-        };
-        if let Some(threads) = threads.filter(|threads| !(1..=MAX_THREADS).contains(threads)) {
-            return Err(wrong("threads", "1 to 1024", &threads.to_string(), "leave it out for all cores"));
-        }
-        let in_double = asked == Some(Precision::F64);
-        let device = match (backend, adapter) {
-            ("cpu", Some(_)) => {
+impl Wanted {
+    pub(crate) fn open(&self) -> PyResult<Backend> {
+        let (auto, in_double) = (self.backend == "auto", self.precision.as_deref() == Some("f64"));
+        let device = match self.backend.as_str() {
+            "cpu" if self.adapter.is_some() => {
                 return Err(wrong("--adapter", "--backend gpu or auto", "--backend cpu", "leave one out"));
             }
-            ("gpu", _) if in_double => {
+            "gpu" if in_double => {
                 let help = "leave it out, or take --backend cpu";
                 return Err(wrong("--precision f64", "f32, the number type of the GPU backend", "f64", help));
             }
-            ("cpu", _) => None,
-            ("auto", _) if in_double => None,
-            ("auto" | "gpu", name) => opened(backend == "auto", name)?,
-            (other, _) => {
-                return Err(wrong("backend", "\"auto\", \"cpu\" or \"gpu\"", &format!("{other:?}"), "leave it out"));
-            }
+            "gpu" | "auto" if !in_double => opened(auto, self.adapter.as_deref())?,
+            _ => None,
         };
-        let precision = if device.is_some() { Precision::F32 } else { asked.unwrap_or_default() };
-        Ok(Self { device, precision, threads, auto: backend == "auto" })
+        let in_single = device.is_some() || self.precision.as_deref() == Some("f32");
+        let precision = if in_single { Precision::F32 } else { Precision::F64 };
+        Ok(Backend { device, precision, threads: self.threads, auto })
     }
+}
 
+impl Backend {
     /// Options of a run on it.
     pub(crate) fn options(&self) -> Options<'_> {
         Options::default().threads(self.threads).precision(self.precision).device(self.device.as_deref())
     }
 }
 
-/// Forgets devices: one was lost.
+/// Forgets the devices: one was lost.
 pub(crate) fn forget() {
     *DEVICES.lock().unwrap_or_else(PoisonError::into_inner) = None;
 }
@@ -80,16 +73,17 @@ fn opened(auto: bool, name: Option<&str>) -> PyResult<Option<Arc<Device>>> {
     if let Some(found) = known.get(&key) {
         return Ok(found.clone());
     }
-    let chosen = gpu::device::choose(&gpu::adapters(), name);
-    let found = match chosen {
-        Ok(adapter) if auto && name.is_none() && !adapter.is_hardware() => None,
+    let is_wanted = |adapter: &gpu::Adapter| !auto || name.is_some() || adapter.is_hardware();
+    let found = match gpu::device::choose(&gpu::adapters(), name) {
+        Ok(adapter) if !is_wanted(&adapter) => Ok(None),
         Ok(adapter) => match Device::open(&adapter) {
-            Err(_) if auto => None,
-            opened => Some(Arc::new(opened.map_err(|error| no_device(&error))?)),
+            Err(_) if auto => Ok(None),
+            opened => opened.map(|device| Some(Arc::new(device))),
         },
-        Err(_) if auto && name.is_none() => None,
-        Err(error) => return Err(no_device(&error)),
+        Err(_) if auto && name.is_none() => Ok(None),
+        Err(error) => Err(error),
     };
+    let found = found.map_err(|error| no_device(&error))?;
     known.insert(key, found.clone());
     Ok(found)
 }

@@ -42,6 +42,13 @@ pub(crate) fn wrong(place: &str, expected: &str, found: &str, help: &str) -> PyE
     refused(ripstop::CaseError::new(place, "", expected, found, help))
 }
 
+/// Arguments out of JSON, whose values Python has checked.
+pub(crate) fn arguments<'a, T: serde::Deserialize<'a>>(text: &'a str) -> PyResult<T> {
+    serde_json::from_str(text).map_err(|error| {
+        wrong("arguments", "values of the kinds that they have", &error.to_string(), "look at their types")
+    })
+}
+
 /// Failure of a device, in the words of the command line.
 pub(crate) fn no_device(error: &ripstop::DeviceError) -> PyErr {
     let known = match error {

@@ -8,19 +8,20 @@ use pyo3::types::{PyBytes, PyDict};
 use ripstop::output::{self, Animation, Folder, StagedFrames, csv, report};
 use ripstop::run::{self as runs, Observer, Progress, Run as Finished, RunError as StartError, View};
 use ripstop::{Case as Nominal, Frame, FrameCollector};
+use serde::Deserialize;
 use serde_json::{Value, json};
 
-use crate::backend::{self, Backend};
+use crate::backend::{self, Wanted};
 use crate::case::Case;
 use crate::watch::{Watch, watched};
-use crate::{DeviceError, RunError, bytes, not_started, refused, wrong};
+use crate::{DeviceError, RunError, arguments, bytes, not_started, refused, wrong};
 
 /// Bytes of the frames in memory at most, and of a node with an element in one.
 const FRAME_MEMORY: usize = 4 << 30;
 const FRAME_BYTES: usize = 64;
 
 /// Plies, reference positions, and the frames.
-type Frames<'py> = (Vec<[usize; 4]>, Bound<'py, PyBytes>, Vec<(f64, Bound<'py, PyDict>, Option<Vec<f64>>)>);
+type Frames<'py> = (Vec<[usize; 3]>, Bound<'py, PyBytes>, Vec<(f64, Bound<'py, PyDict>, Option<Vec<f64>>)>);
 
 /// A run that has ended.
 #[pyclass(frozen, module = "ripstop._ripstop")]
@@ -68,34 +69,33 @@ impl Observer for Observers<'_> {
     }
 }
 
-/// Runs the case: the run, and the exception that ended it early.
+/// Options of a run.
+#[derive(Deserialize)]
+struct Request {
+    frames: Option<usize>,
+    out: Option<PathBuf>,
+    #[serde(flatten)]
+    backend: Wanted,
+}
+
+/// Runs a case: the run, and the exception that ended it early.
 #[pyfunction]
-#[allow(clippy::too_many_arguments, reason = "the arguments of ripstop run")]
 pub(crate) fn run(
     py: Python<'_>,
     case: &Case,
-    backend: &str,
-    adapter: Option<&str>,
-    precision: Option<&str>,
-    threads: Option<usize>,
-    frames: Option<usize>,
-    out: Option<PathBuf>,
+    request: &str,
     show: Option<Py<PyAny>>,
 ) -> PyResult<(Run, Option<PyErr>)> {
     let start = Instant::now();
-    let (file, case) = (case.file(), &case.case);
-    let frames = frames.unwrap_or(case.output.frames as usize);
+    let (file, case, request) = (case.file(), &case.case, arguments::<Request>(request)?);
+    let frames = request.frames.unwrap_or(case.output.frames as usize);
     let most = FRAME_MEMORY / FRAME_BYTES / case.elements().max(1) / 2;
     if frames > most {
-        return Err(wrong(
-            "frames",
-            &format!("at most {most}"),
-            &frames.to_string(),
-            "ripstop run --frames writes them",
-        ));
+        let help = "`ripstop run --frames` writes them to the disk";
+        return Err(wrong("frames", &format!("at most {most} in memory"), &frames.to_string(), help));
     }
-    let chosen = Backend::choose(backend, adapter, precision, threads)?;
-    let folder = out.map(|out| Folder::prepare(&out, case)).transpose().map_err(refused)?;
+    let chosen = request.backend.open()?;
+    let folder = request.out.map(|out| Folder::prepare(&out, case)).transpose().map_err(refused)?;
     let work = |watch: &Watch| {
         let attempt = |options| {
             let animation = folder.is_some().then(|| Animation::new(case));
@@ -181,28 +181,30 @@ impl Run {
         }
     }
 
-    /// Plies as columns, rows, first node and first element; reference positions [m]; frames as their time [s] and bytes of numbers.
+    /// Plies as columns, rows and first node; reference positions [mm]; frames: their time [µs], arrays by the names that .vtu files have, and
+    /// the projectile's position [m], rotation and velocity.
     fn frames<'py>(&self, py: Python<'py>) -> PyResult<Option<Frames<'py>>> {
         let Some((collector, scene)) = self.frames.as_ref().and_then(|frames| Some((frames, frames.scene()?))) else {
             return Ok(None);
         };
-        let plies = scene.plies.iter().map(|ply| [ply.columns, ply.rows, ply.first_node, ply.first_element]).collect();
+        let mm = |numbers: &[f32]| numbers.iter().map(|x| (f64::from(*x) * 1e3) as f32).collect::<Vec<f32>>();
         let frame = |frame: &Frame| {
             let of = PyDict::new(py);
-            of.set_item("displacement", bytes(py, &frame.displacement))?;
-            of.set_item("velocity", bytes(py, &frame.velocity))?;
+            of.set_item("displacement_mm", bytes(py, &mm(frame.displacement.as_flattened())))?;
+            of.set_item("velocity_m_s", bytes(py, &frame.velocity))?;
             for (n, yarn) in ["warp", "weft"].into_iter().enumerate() {
-                of.set_item(format!("{yarn}_tension"), bytes(py, &frame.tension[n]))?;
+                of.set_item(format!("{yarn}_tension_n"), bytes(py, &frame.tension[n]))?;
                 of.set_item(format!("{yarn}_strain"), bytes(py, &frame.strain[n]))?;
-                of.set_item(format!("{yarn}_crimp_height"), bytes(py, &frame.height[n]))?;
+                of.set_item(format!("{yarn}_crimp_height_mm"), bytes(py, &mm(&frame.height[n])))?;
                 of.set_item(format!("{yarn}_alive"), bytes(py, &frame.alive[n]))?;
             }
-            of.set_item("shear_angle", bytes(py, &frame.shear_angle))?;
+            of.set_item("shear_angle_rad", bytes(py, &frame.shear_angle))?;
             let pose = frame.projectile.map(|pose| [&pose.position[..], &pose.rotation, &pose.velocity].concat());
-            Ok((frame.time, of, pose))
+            Ok((1e6 * frame.time, of, pose))
         };
+        let plies = scene.plies.iter().map(|ply| [ply.columns, ply.rows, ply.first_node]).collect();
         let frames = collector.frames().iter().map(frame).collect::<PyResult<_>>()?;
-        Ok(Some((plies, bytes(py, &scene.reference), frames)))
+        Ok(Some((plies, bytes(py, &mm(scene.reference.as_flattened())), frames)))
     }
 
     /// The page `report.html` without its playback.
