@@ -165,9 +165,9 @@ class Calibration:
     #: What the data cannot fix, and whether the model describes them; sentences.
     notes: list[str]
     #: The case with the best parameters.
-    case: Any
+    case: Any = field(repr=False)
     #: Values and rises of the sum of squares, by parameter.
-    profiles: dict[str, list[tuple[float, float]]]
+    profiles: dict[str, list[tuple[float, float]]] = field(repr=False)
     #: Cases computed.
     evaluations: int
 

@@ -124,7 +124,7 @@ def campaign(
     *,
     adapters: Sequence[str] = (),
     retries: int = 5,
-    progress: bool | Callable[[str], None] = True,
+    progress: bool | Callable[[str], None] | None = None,
     compute: Compute | None = None,
 ) -> Campaign:
     """Compute the rows of a plan that are not in the folder yet, and write the table.
@@ -133,7 +133,8 @@ def campaign(
     `cluster`: `None` for a local worker on each core, or on each adapter; a number of local workers; the address of a scheduler; a mapping
     of keywords of `dask_jobqueue.SLURMCluster` with `jobs`; a cluster or client of Dask. Rows on a card want one process for each card:
     `adapters` are the cards of this machine by name or number, as `ripstop info` lists them, one for each local worker.
-    `retries`: how often a row is tried again after its worker died or broke. `compute`: a function of head and changes in place of the solver.
+    `retries`: how often a row is tried again after its worker died or broke. `progress`: True for a line, False for none, None for one in a
+    terminal or a notebook, or a function of its text. `compute`: a function of head and changes, by pointer, in place of the solver.
 
     A shot that fails is a row with a reason. A row that was given up because of its workers is too, but not on the disk: the next call
     tries it again. Errors: `ConnectionError` where the scheduler is lost, `RuntimeError` where no worker can compute; call again to go on.
@@ -157,7 +158,7 @@ def campaign(
     state = Campaign(at / "table.csv", len(ids), 0, 0, 0.0, 0.0, [], conflicts)
     lost: dict[str, str] = {}
     if wanted:
-        show = progress if callable(progress) else _printer(bool(progress))
+        show = progress if callable(progress) else _printer(progress)
         if cluster is None and (adapters or plan.options.get("backend") == "gpu"):
             cluster = max(1, len(adapters))
         lost = _compute_all(wanted, (str(at.absolute()), digest, adapters, compute), cluster, retries, show, state)
@@ -263,7 +264,7 @@ def _connect(cluster: Any, stack: ExitStack) -> Any:
     # A worker that dies is an attempt of ours, with a reason: Dask itself would be silent about the first three.
     stack.enter_context(dask.config.set({"distributed.scheduler.allowed-failures": 0}))
     if isinstance(cluster, Mapping):
-        from dask_jobqueue import SLURMCluster
+        from dask_jobqueue.slurm import SLURMCluster
 
         keywords = {"cores": 1, "processes": 1, "memory": "4GB", **cluster}
         jobs = keywords.pop("jobs", 1)
@@ -371,14 +372,16 @@ def _reason(task: Any) -> str:
     return f"{type(error).__name__}: {' '.join(str(error).split())}"
 
 
-def _printer(wanted: bool) -> Callable[[str], None]:
+def _printer(wanted: bool | None) -> Callable[[str], None]:
     """Printer of progress on a line of standard error, once a second at most."""
     last = 0.0
 
     def show(text: str) -> None:
         nonlocal last
-        if wanted and (not text or time.monotonic() - last > 1):
+        if not text or time.monotonic() - last > 1:
             last = time.monotonic()
-            print(f"\r\x1b[K{text}", end="", file=sys.stderr, flush=True)
+            print(f"\r{text[:79]:<79}", end="\r", file=sys.stderr, flush=True)
 
-    return show
+    if wanted or (wanted is None and (sys.stderr.isatty() or "ipykernel" in sys.modules)):
+        return show
+    return lambda text: None

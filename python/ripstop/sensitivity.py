@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -40,9 +40,9 @@ class Study:
     #: (mean absolute effect over the range) and `sigma` (scatter of effects), in the unit of the output.
     indices: dict[str, dict[str, tuple[float, float, float]]]
     #: Values of the factors, shape (points, factors), the output, and its own standard error; NaN where a point failed.
-    points: list[dict[str, Any]]
-    values: Array
-    errors: Array
+    points: list[dict[str, Any]] = field(repr=False)
+    values: Array = field(repr=False)
+    errors: Array = field(repr=False)
     #: Reasons of the points without a value, and how many have each.
     failed: dict[str, int]
     #: Part of the variance of the output that is its own uncertainty: smaller indices are none.
@@ -107,7 +107,7 @@ def study(
     level: float = 0.9,
     folder: str | Path | None = None,
     cluster: Any = None,
-    progress: bool = True,
+    progress: bool | None = None,
     compute: Compute | None = None,
     **options: Any,
 ) -> Study:
