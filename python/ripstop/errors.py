@@ -22,7 +22,7 @@ def failed(failure: BaseException, result: Any, text: str, folder: str | None = 
     """Exception to raise for a failure, with what there is of a result."""
     if isinstance(failure, KeyboardInterrupt):
         return Interrupted(text, result, folder)
-    if isinstance(failure, RunError):
+    if isinstance(failure, (CaseError, RunError)):
         failure.result = result
     return failure
 

@@ -17,7 +17,7 @@ create_exception!(
     ripstop,
     CaseError,
     PyValueError,
-    "Refusal of a case, of an argument, or of a file or folder: where, expected, found, help."
+    "Refusal of a case, of an argument, or of a file or folder: where, expected, found, help; `result` of one that comes after a run."
 );
 create_exception!(
     ripstop,
@@ -79,8 +79,11 @@ pub(crate) fn bytes<'py, T: bytemuck::NoUninit>(py: Python<'py>, numbers: &[T]) 
 fn _ripstop(module: &Bound<'_, PyModule>) -> PyResult<()> {
     let py = module.py();
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
-    module.add("CaseError", py.get_type::<CaseError>())?;
-    module.add("RunError", py.get_type::<RunError>())?;
+    let errors = [("CaseError", py.get_type::<CaseError>()), ("RunError", py.get_type::<RunError>())];
+    for (name, error) in errors {
+        error.setattr("result", py.None())?;
+        module.add(name, error)?;
+    }
     module.add("DeviceError", py.get_type::<DeviceError>())?;
     module.add_class::<case::Case>()?;
     module.add_class::<run::Run>()?;

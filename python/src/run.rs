@@ -101,11 +101,13 @@ pub(crate) fn run(
             let animation = folder.is_some().then(|| Animation::new(case));
             let frames = (frames > 0).then(|| FrameCollector::new(case, frames));
             let mut observers = Observers { watch, frames, animation };
-            runs::run(case, options, &watch.interrupt, &mut observers)
-                .map(|run| (run, observers.frames, observers.animation))
+            let run = runs::run(case, options, &watch.interrupt, &mut observers).map_err(Box::new)?;
+            Ok::<_, Box<StartError>>((run, observers.frames, observers.animation))
         };
         let done = match attempt(chosen.options()) {
-            Err(StartError::Device(_)) if chosen.auto => attempt(chosen.options().device(None)),
+            Err(error) if chosen.auto && matches!(*error, StartError::Device(_)) => {
+                attempt(chosen.options().device(None))
+            }
             done => done,
         };
         done.map(|(run, frames, animation)| {
@@ -119,13 +121,14 @@ pub(crate) fn run(
     let (done, raised) = watched(py, show, work)?;
     match done {
         Ok((run, written)) => {
-            written.map_err(refused)?;
-            let failure = raised.or_else(|| run.failure(&file));
+            let failure = raised.or_else(|| written.err().map(refused)).or_else(|| run.failure(&file));
             Ok((run, failure))
         }
         Err(error) => {
-            folder.map(Folder::abandon);
-            Err(not_started(&file, error))
+            if let Some(folder) = folder {
+                folder.abandon();
+            }
+            Err(not_started(&file, *error))
         }
     }
 }
