@@ -30,26 +30,9 @@ LATER = {"study": "sensitivity"}
 LATER |= dict.fromkeys(["Limit", "PictureFrame", "ResidualVelocities", "TensionTest", "calibrate"], "calibration")
 
 __all__ = [
-    "Case",
-    "CaseError",
-    "DeviceError",
-    "Fit",
-    "Frame",
-    "Interrupted",
-    "Plan",
-    "Run",
-    "RunError",
-    "Shots",
-    "Sweep",
-    "Table",
-    "V50",
-    "__version__",
-    "campaign",
-    "crossover",
-    "fit",
-    "overlay",
-    *LATER,
-]
+    "Case", "CaseError", "DeviceError", "Fit", "Frame", "Interrupted", "Plan", "Run", "RunError", "Shots", "Sweep", "Table", "V50",
+    "__version__", "campaign", "crossover", "fit", "overlay", *LATER,
+]  # fmt: skip
 
 
 def __getattr__(name: str) -> Any:

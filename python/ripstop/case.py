@@ -13,9 +13,6 @@ from .errors import among, failed, refusal, within
 from .progress import Receiver, shown
 from .run import Run
 
-Backend = Literal["auto", "cpu", "gpu"]
-Precision = Literal["f64", "f32"]
-
 #: Parts of a case whose keys may be keywords.
 PARTS = ("pack", "projectile", "solver", "output")
 
@@ -130,16 +127,9 @@ class Case:
         return sheet
 
     def run(
-        self,
-        backend: Backend = "auto",
-        *,
-        precision: Precision | None = None,
-        threads: int | None = None,
-        adapter: str | None = None,
-        frames: int | None = None,
-        out: studies.Place | None = None,
-        progress: bool | Receiver | None = None,
-    ) -> Run:
+        self, backend: Literal["auto", "cpu", "gpu"] = "auto", *, precision: Literal["f64", "f32"] | None = None, threads: int | None = None,
+        adapter: str | None = None, frames: int | None = None, out: studies.Place | None = None, progress: bool | Receiver | None = None,
+    ) -> Run:  # fmt: skip
         """Runs the case, to the same bits as `ripstop run`.
 
         `backend`: "auto" takes a real GPU if there is one, else the processor. `adapter`: GPU by a part of its name or its number. `precision`:
@@ -150,8 +140,8 @@ class Case:
         Raises CaseError, DeviceError, RunError for a run that became unstable, and Interrupted after Ctrl-C; the last two have the results so
         far in `result`.
         """
-        wanted = studies.choice(backend, adapter, precision, threads) | {"frames": frames, "out": None if out is None else os.fspath(out)}
         within("frames", frames, 0, 1e9)
+        wanted = studies.choice(backend, adapter, precision, threads) | {"frames": frames, "out": None if out is None else os.fspath(out)}
         with shown(progress, self.title) as show:
             handle, failure = _ripstop.run(self.handle, json.dumps(wanted), show)
         run = Run(handle)
@@ -172,13 +162,7 @@ class Case:
         return studies.study(studies.Shots, self.handle, request, **options)
 
     def v50(
-        self,
-        count: int | None = None,
-        *,
-        until_width: float | None = None,
-        bracket: float = 0.005,
-        refined: int | None = None,
-        **options: Any,
+        self, count: int | None = None, *, until_width: float | None = None, bracket: float = 0.005, refined: int | None = None, **options: Any
     ) -> studies.V50:
         """Velocity at which half of all shots perforate, with its interval, as `ripstop v50`.
 
@@ -192,15 +176,9 @@ class Case:
         return studies.study(studies.V50, self.handle, request, **options)
 
     def sweep(
-        self,
-        over: Mapping[str, Iterable[Any]],
-        *,
-        run: Literal["shots", "v50"] = "shots",
-        count: int | None = None,
-        until_width: float | None = None,
-        bracket: float = 0.005,
-        **options: Any,
-    ) -> studies.Sweep:
+        self, over: Mapping[str, Iterable[Any]], *, run: Literal["shots", "v50"] = "shots", count: int | None = None,
+        until_width: float | None = None, bracket: float = 0.005, **options: Any,
+    ) -> studies.Sweep:  # fmt: skip
         """Shots or a V50 at every point of a grid, as `ripstop sweep`.
 
         `over`: values by JSON pointer, `{"/pack/plies": [1, 2, 4]}`. `count`: shots at each point, 1 without, or realisations of a V50.

@@ -8,6 +8,7 @@ import os
 import shutil
 import tempfile
 from collections.abc import Iterable, Mapping
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
@@ -79,20 +80,10 @@ S = TypeVar("S", bound=Study)
 
 
 def study(
-    kind: type[S],
-    case: _ripstop.Case,
-    request: Mapping[str, Any],
-    *,
-    seed: int | None = None,
-    level: float = 0.9,
-    backend: Literal["auto", "cpu", "gpu"] = "cpu",
-    adapter: str | None = None,
-    precision: Literal["f64", "f32"] | None = None,
-    threads: int | None = None,
-    out: Place | None = None,
-    resume: bool = False,
-    progress: bool | Receiver | None = None,
-) -> S:
+    kind: type[S], case: _ripstop.Case, request: Mapping[str, Any], *, seed: int | None = None, level: float = 0.9,
+    backend: Literal["auto", "cpu", "gpu"] = "cpu", adapter: str | None = None, precision: Literal["f64", "f32"] | None = None,
+    threads: int | None = None, out: Place | None = None, resume: bool = False, progress: bool | Receiver | None = None,
+) -> S:  # fmt: skip
     """Runs a study. These options are those of `Case.shots`, `Case.v50` and `Case.sweep`.
 
     `seed`: number that all draws come from; /variability/seed of the case without. `level`: two-sided confidence of intervals. `threads`: shots
@@ -104,29 +95,21 @@ def study(
     within("level", level, 1e-9, 0.9999)
     usual = {"v50": False, "over": [], "velocity": None, "until_width": None, "bracket": 0.005, "refined": 0}
     options = {"seed": seed, "level": level, "resume": resume} | choice(backend, adapter, precision, threads)
-    folder = Path(tempfile.mkdtemp(prefix="ripstop-") if out is None else out)
-    try:
+    with ExitStack() as dropped:
+        folder = Path(tempfile.mkdtemp(prefix="ripstop-") if out is None else out)
+        if out is None:
+            dropped.callback(shutil.rmtree, folder, ignore_errors=True)
         with shown(progress, kind.units) as show:
             missing, failure = _ripstop.study(case, json.dumps(usual | dict(request) | options | {"out": str(folder)}), show)
         if failure is not None:
+            if isinstance(failure, KeyboardInterrupt):
+                dropped.pop_all()  # what lies there can be gone on with
             text = f"interrupted; rows so far: {folder}\n  help: the same call with out={str(folder)!r} goes on"
             raise failed(failure, None, text, str(folder))
         result = kind(folder, out is not None)
-        if missing is not None:
-            raise failed(RunError(missing), result, "")
-    except KeyboardInterrupt:
-        raise
-    except BaseException:
-        _drop(folder, out)
-        raise
-    _drop(folder, out)
+    if missing is not None:
+        raise failed(RunError(missing), result, "")
     return result
-
-
-def _drop(folder: Path, out: Place | None) -> None:
-    """Removes a folder that is temporary."""
-    if out is None:
-        shutil.rmtree(folder, ignore_errors=True)
 
 
 def choice(backend: str, adapter: str | None, precision: str | None, threads: int | None) -> dict[str, Any]:
@@ -134,6 +117,9 @@ def choice(backend: str, adapter: str | None, precision: str | None, threads: in
     among("backend", backend, ("auto", "cpu", "gpu"))
     among("precision", precision, ("f64", "f32"))
     within("threads", threads, 1, 1024)
+    if backend != "cpu" and not any(os.environ.get(name, "").startswith("/") for name in ("XDG_RUNTIME_DIR", "WAYLAND_DISPLAY")):
+        # A layer of Vulkan drivers looks for a display, and a library below it complains where it finds none.
+        os.environ["WAYLAND_DISPLAY"] = "/nonexistent"
     return {"backend": backend, "adapter": adapter, "precision": precision, "threads": threads}
 
 
@@ -151,13 +137,9 @@ def crossover(case: Case, warp_stretch: ArrayLike, weft_stretch: ArrayLike = 1.0
 
 
 def fit(
-    data: Place | Mapping[str, Iterable[Any]],
-    *,
-    unit: Literal["m/s", "ft/s"] | None = None,
-    columns: Mapping[str, str] | None = None,
-    spread: float | None = None,
-    level: float = 0.9,
-) -> Fit:
+    data: Place | Mapping[str, Iterable[Any]], *, unit: Literal["m/s", "ft/s"] | None = None, columns: Mapping[str, str] | None = None,
+    spread: float | None = None, level: float = 0.9,
+) -> Fit:  # fmt: skip
     """Ballistic limit of shots that perforated or were stopped, as `ripstop fit`.
 
     `data`: a CSV file, or columns by name (a dict, a DataFrame): `velocity_m_s`, `perforated`, and if wanted `count`, `residual_velocity_m_s`.

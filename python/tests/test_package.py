@@ -321,6 +321,7 @@ def test_results_are_drawn_and_shown(folder: Path) -> None:
     drawn = lines(shots.plot())
     left = shots.table["residual_velocity_m_s"][shots.table["outcome"] == "perforated"]
     assert np.array_equal(drawn["perforated"][:, 1], left) and len(drawn["stopped"]) + len(left) == 12 and len(drawn) == 4
+    assert not drawn["stopped"][:, 1].any()
     assert drawn[next(name for name in drawn if "Recht" in name)][0].tolist() == [shots.residual[0]["limit"], 0]
     ax = limit.plot()
     curve = ax.lines[0].get_xydata()
@@ -336,6 +337,15 @@ def test_results_are_drawn_and_shown(folder: Path) -> None:
         assert shown.startswith("<iframe srcdoc=") and "&lt;svg" in shown and words.lower() in shown.lower()
     assert run.to_pandas().equals(run.history.to_pandas()) and list(limit.to_pandas()["outcome"]) == list(limit.table["outcome"])
     assert "absorbed_energy_j" in dir(run) and not hasattr(run, "absorbed_energy")
+
+
+def test_the_readme_does_what_it_says(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+    names: dict[str, Any] = {}
+    blocks = (ROOT / "python/README.md").read_text().split("```python\n")[1:]
+    for block in blocks:
+        exec(block.split("```")[0], names)
+    assert len(blocks) == 2 and names["run"].verdict.startswith("PERFORATED: leaves at ") and names["case"].document["pack"]["plies"] == 2
 
 
 def test_import_and_calls_take_little_time() -> None:
