@@ -94,7 +94,7 @@ pub(crate) fn run(
         let help = "`ripstop run --frames` writes them to the disk";
         return Err(wrong("frames", &format!("at most {most} in memory"), &frames.to_string(), help));
     }
-    let chosen = request.backend.open()?;
+    let chosen = py.detach(|| request.backend.open())?;
     let folder = request.out.map(|out| Folder::prepare(&out, case)).transpose().map_err(refused)?;
     let work = |watch: &Watch| {
         let attempt = |options| {
@@ -114,7 +114,7 @@ pub(crate) fn run(
             let summary = output::summary(case, &run, start.elapsed().as_secs_f64());
             let page = animation.map(|animation| report::report(case, &run, &summary, &animation));
             let write = |folder: &Folder| folder.write(case, &run, &summary, page, &StagedFrames::default());
-            let written = folder.as_ref().map_or(Ok(()), |folder| write(folder).map(drop));
+            let written = folder.as_ref().map_or(Ok(()), |folder| write(folder).and_then(|_| folder.forget()));
             (Run { case: case.clone(), run, summary, frames }, written)
         })
     };

@@ -86,7 +86,7 @@ pub(crate) fn study(
         return Err(wrong(&file, "a projectile, to be shot", "none in the case", "add /projectile"));
     }
     let sweep = if request.over.is_empty() { None } else { Some(request.sweep(case)?) };
-    let chosen = request.backend.open()?;
+    let chosen = py.detach(|| request.backend.open())?;
     let files = if sweep.is_some() { sweep::FILES } else { [shots::FILES, v50::FILES][usize::from(request.v50)] };
     let folder = Folder::prepare_for(&request.out, files, &[nominal.path.as_path()]).map_err(refused)?;
     let usual = nominal.variability.as_ref().map_or(1, |variability| variability.seed);
