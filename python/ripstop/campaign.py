@@ -21,6 +21,7 @@ import os
 import secrets
 import socket
 import sys
+import tempfile
 import time
 import zlib
 from collections import deque
@@ -183,18 +184,17 @@ def compute_batch(
     folder: str, digest: str, adapters: Sequence[str], compute: Compute | None, rows: Sequence[tuple[str, Values]]
 ) -> tuple[int, float]:
     """Compute rows on a worker, each written before the next begins. Returns their number and time [s]."""
-    from distributed import get_worker
-
     start = time.monotonic()
     head, journal = _load_head(folder, digest), _open_journal(folder, os.getpid())
     if adapters:
-        head = {**head, "options": {**head["options"], "adapter": adapters[int(get_worker().name) % len(adapters)]}}
+        head = {**head, "options": {**head["options"], "adapter": _take_adapter(tuple(adapters), os.getpid())[0]}}
     for row, changes in rows:
         try:
             values = (compute or compute_row)(head, {pointer: value for key, value in changes.items() for pointer in key.split()})
             record: list[Any] = [row, [values.get(name) for name in head["outputs"]], ""]
         except Exception as error:
-            if not _of_case(error):  # of the worker: the row is tried again
+            if not _of_case(error):  # of the worker: the row is tried again, and the worker takes no other from those that can compute
+                time.sleep(BATCH_S)
                 raise
             record = [row, None, " ".join(str(error).split())]
         text = _json(record)
@@ -224,21 +224,22 @@ def _compute_all(
                 running[client.submit(compute_batch, *batch, orders, key=key, pure=False)] = rows
             with suppress(TimeoutError, CancelledError):
                 wait(list(running), timeout=1, return_when="FIRST_COMPLETED")
-            ended = [task for task in running if task.done()]
-            failed = [task for task in ended if task.status != "finished"]
-            done = _read_rows(Path(batch[0]))[0] if failed else {}
-            for task in ended:
+            failed = []
+            for task in [task for task in running if task.done()]:
                 rows = running.pop(task)
-                if task.status == "finished":
-                    count, seconds = task.result()
+                try:
+                    count, seconds = task.result()  # fails, too, where its worker died after the last row
                     state.computed, timed, state.compute_s = state.computed + count, timed + count, state.compute_s + seconds
-                    continue
+                except Exception as error:
+                    failed.append((rows, _reason(error)))
+            done = _read_rows(Path(batch[0]))[0] if failed else {}
+            for rows, reason in failed:
                 left = [row for row in rows if row not in done]
                 state.computed += len(rows) - len(left)
                 waiting.extendleft(left[:0:-1])
                 if left:
                     # A batch goes in order: the first row without a result is the suspect, and runs alone, so that it takes no other down.
-                    suspect, reason = left[0], _reason(task)
+                    suspect = left[0]
                     if not state.computed and len(state.retries) >= 10 * workers:
                         raise RuntimeError(f"{batch[0]}: no worker has computed a row in {len(state.retries)} attempts: {reason}")
                     attempts[suspect] = attempts.get(suspect, 0) + 1
@@ -267,13 +268,14 @@ def _connect(cluster: Any, stack: ExitStack) -> Any:
         from dask_jobqueue.slurm import SLURMCluster
 
         keywords = {"cores": 1, "processes": 1, "memory": "4GB", **cluster}
-        jobs = keywords.pop("jobs", 1)
+        workers = keywords.pop("jobs", 1) * keywords["processes"]
         cluster = stack.enter_context(SLURMCluster(**keywords))
-        cluster.scale(jobs=jobs)
+        # Not `scale`: workers that ended, such as those of jobs at the end of their time, come again.
+        cluster.adapt(minimum=workers, maximum=workers)
     elif cluster is None or isinstance(cluster, int):
-        count = cluster if cluster is not None else len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-        local = LocalCluster(n_workers=int(count or 1), threads_per_worker=1, memory_limit=0, dashboard_address=":0")
-        cluster = stack.enter_context(local)
+        count = cluster or (len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()) or 1
+        cluster = stack.enter_context(LocalCluster(n_workers=count, threads_per_worker=1, memory_limit=0, dashboard_address=":0"))
+        cluster.adapt(minimum=count, maximum=count)
     return stack.enter_context(Client(cluster))
 
 
@@ -327,6 +329,20 @@ def _open_journal(folder: str, process: int) -> BinaryIO:
     return open(Path(folder) / "rows" / f"{socket.gethostname()}-{process}-{secrets.token_hex(4)}.jsonl", "ab", buffering=0)
 
 
+@lru_cache(maxsize=4)
+def _take_adapter(adapters: tuple[str, ...], process: int) -> tuple[str, Any]:
+    """Take an adapter of this machine that no other process has, until this one ends. Errors: `RuntimeError` where there is none."""
+    import fcntl
+
+    for adapter in adapters:
+        lock = open(Path(tempfile.gettempdir(), f"ripstop-adapter-{_hash(adapter)}.lock"), "w")
+        with suppress(BlockingIOError):
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return adapter, lock
+        lock.close()
+    raise RuntimeError(f"more workers on {socket.gethostname()} than adapters: {', '.join(adapters)}")
+
+
 def _read_rows(folder: Path) -> tuple[dict[str, list[Any]], list[str]]:
     """Read all rows by id, as values and reason, and the ids with two different results; the lesser text then counts, always the same."""
     texts: dict[str, str] = {}
@@ -362,14 +378,10 @@ def _replace(path: Path, text: str) -> Path:
     return path
 
 
-def _reason(task: Any) -> str:
+def _reason(error: Exception) -> str:
     """Text of what happened to a batch, the same for the same cause."""
-    if task.status != "error":
-        return "the scheduler cancelled it"
-    error = task.exception()
-    if type(error).__name__ == "KilledWorker":
-        return "the worker process ended"
-    return f"{type(error).__name__}: {' '.join(str(error).split())}"
+    known = {"KilledWorker": "the worker process ended", "FutureCancelledError": "the scheduler cancelled it"}
+    return known.get(type(error).__name__, f"{type(error).__name__}: {' '.join(str(error).split())}")
 
 
 def _printer(wanted: bool | None) -> Callable[[str], None]:
