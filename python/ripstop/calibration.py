@@ -22,16 +22,15 @@ Array = NDArray[np.float64]
 
 
 class Measurement(Protocol):
-    """What was measured, with its errors, and the model of it."""
+    """What was measured: `observed` values and standard errors, what to `predict` for a case, with the model's own errors, and its `step`.
 
-    #: Step of differences over the range of a parameter: long against the scatter of the model.
+    `step`: of differences, over the range of a parameter; long against the scatter of the model.
+    """
+
     step: float
 
-    def observed(self) -> tuple[Array, Array]:
-        """Values and their standard errors, in one unit."""
-
-    def predict(self, case: Any) -> tuple[Array, Array]:
-        """Values of a case, and the standard errors of the model's own numbers."""
+    def observed(self) -> tuple[Array, Array]: ...
+    def predict(self, case: Any) -> tuple[Array, Array]: ...
 
 
 @dataclass(frozen=True)
@@ -52,9 +51,8 @@ class TensionTest:
     step: float = 1e-4
 
     def observed(self) -> tuple[Array, Array]:
-        extra = [] if self.breaking_n is None else [self.breaking_n]
-        values, errors = _pair(self.tension_n, self.error_n)
-        return np.r_[values, [value for value, _ in extra]], np.r_[errors, [error for _, error in extra]]
+        (values, errors), (force, error) = _pair(self.tension_n, self.error_n), self.breaking_n or ([], [])
+        return np.r_[values, force], np.r_[errors, error]
 
     def predict(self, case: Any) -> tuple[Array, Array]:
         stretch = np.asarray(self.stretch, float)
@@ -154,9 +152,8 @@ class Limit:
 class Calibration:
     """Best parameters, their intervals, and what the data cannot fix."""
 
-    #: Best value, lower and upper end by parameter; `None`: the interval reaches the bound.
+    #: Best value, lower and upper end by parameter, at the two-sided confidence `level`; `None`: the interval reaches the bound.
     parameters: dict[str, tuple[float, float | None, float | None]]
-    #: Two-sided confidence of the intervals.
     level: float
     #: Sum of squares over the stated errors, degrees of freedom, and chance of a larger sum if model and errors hold.
     chi_square: float
@@ -164,11 +161,9 @@ class Calibration:
     p_value: float | None
     #: What the data cannot fix, and whether the model describes them; sentences.
     notes: list[str]
-    #: The case with the best parameters.
+    #: The case with the best parameters; values and rises of the sum of squares by parameter; number of cases computed.
     case: Any = field(repr=False)
-    #: Values and rises of the sum of squares, by parameter.
     profiles: dict[str, list[tuple[float, float]]] = field(repr=False)
-    #: Cases computed.
     evaluations: int
 
     def to_pandas(self) -> pandas.DataFrame:
@@ -197,13 +192,13 @@ def calibrate(case: Any, parameters: Mapping[str, tuple[float, float]], data: Se
     """Fit parameters of a case to measurements.
 
     `parameters`: bounds by JSON pointer, or by several with a space between that take the same value. `data`: measurements, all at once.
-    `level`: two-sided confidence. The search begins at the value of the case, or in the middle of the bounds.
+    `level`: two-sided confidence. The search begins in the middle of the bounds.
     Errors: `ValueError` for bounds and errors that are none, and those of the case.
     """
     from scipy.stats import chi2
 
     fit = _Fit(case, parameters, data)
-    best = fit.minimise(fit.start(), {})
+    best = fit.minimise(np.full(len(fit.names), 0.5), {})
     threshold = float(chi2.ppf(level, 1))
     while True:  # again where a profile finds a better fit
         profiles, ends, better = fit.profiles(best, threshold)
@@ -241,18 +236,6 @@ class _Fit:
         self.count = sum(measurement.observed()[0].size for measurement in data)
         self.known: dict[bytes, Array] = {}
 
-    def start(self) -> Array:
-        document = getattr(self.case, "document", {})
-        middle = 0.5 * (self.low + self.high)
-        for k, name in enumerate(self.names):
-            value: Any = document
-            for part in name.split()[0].strip("/").split("/"):
-                value = value.get(part) if isinstance(value, Mapping) else None
-            if isinstance(value, (int, float)) and self.low[k] < value < self.high[k]:
-                middle[k] = value
-        unit: Array = np.clip((middle - self.low) / (self.high - self.low), 0.01, 0.99)
-        return unit
-
     def changes(self, unit: Array) -> dict[str, float]:
         values = (self.low + unit * (self.high - self.low)).tolist()
         return {pointer: value for name, value in zip(self.names, values, strict=True) for pointer in name.split()}
@@ -276,21 +259,18 @@ class _Fit:
         """Best parameters from a start, some of them fixed."""
         from scipy.optimize import least_squares
 
-        unit = start.copy()
-        for k, value in fixed.items():
-            unit[k] = value
-        free = [k for k in range(unit.size) if k not in fixed]
+        unit, free = start.copy(), [k for k in range(start.size) if k not in fixed]
+        unit[list(fixed)] = list(fixed.values())
         if not free:
             return unit
-
-        def part(values: Array) -> Array:
+        def part(shifted: Array) -> Array:
             trial = unit.copy()
-            trial[free] = values
+            trial[free] = shifted - 1
             return self.residuals(trial)
 
         # diff_step is relative: the values are shifted to lie between 1 and 2.
         found = least_squares(
-            lambda shifted: part(shifted - 1), np.clip(unit[free], 1e-6, 1 - 1e-6) + 1, bounds=(1, 2), diff_step=self.step, x_scale=1.0,
+            part, np.clip(unit[free], 1e-6, 1 - 1e-6) + 1, bounds=(1, 2), diff_step=self.step, x_scale=1.0,
             xtol=0.01 * self.step, ftol=1e-6, gtol=1e-10, max_nfev=60,
         )  # fmt: skip
         unit[free] = np.clip(found.x - 1, 0, 1)

@@ -1,14 +1,8 @@
-"""Campaigns of many shots on Dask: a plan is a file, a row is on the disk before its worker returns.
+"""Campaigns of many shots on Dask: a plan is a file, and a row is on the disk before the next begins. `CAMPAIGNS.md` has the costs.
 
-A plan has one case, what to do with it (`run` or `v50`) and a list of changes, one for each row. The folder of a campaign holds
-
-- `head-DIGEST.json`: case, command, options and version. With the changes of a row they give its id, a hash. So a row that is there is
-  never computed again, and a row of another case is never taken for it.
-- `rows/HOST-PID-TOKEN.jsonl`: results, one file for each worker process, one line for each row, with a checksum. Only one process writes to
-  a file, and it only appends: no locks, no million small files. A line that a kill cut off fails its checksum and is computed again.
-- `table.csv`: all rows in the order of the plan, written under a temporary name and renamed. It holds nothing of clocks and machines.
-
-`CAMPAIGNS.md` has the costs, and Slurm.
+The folder of a campaign holds `head-DIGEST.json` (case, command, options, version: with the changes of a row they give its id, a hash), `rows/`
+(results: a file for each worker process, which alone appends to it, a line with a checksum for each row) and `table.csv` (all rows in the order of
+the plan, nothing of clocks and machines; written under a temporary name and renamed).
 """
 
 from __future__ import annotations
@@ -79,7 +73,7 @@ class Plan:
     def read(path: str | Path) -> Plan:
         """Read a plan from JSON. Errors: `ValueError` where it is none."""
         try:
-            return Plan(**json.loads(Path(path).read_text()))
+            return Plan(**json.loads(Path(path).read_text("utf-8")))
         except (TypeError, json.JSONDecodeError) as error:
             raise ValueError(f"{path}: expected a plan with case, rows and, if wanted, run, options and outputs: {error}") from None
 
@@ -92,23 +86,22 @@ class Plan:
 class Campaign:
     """State of a campaign when `campaign` returned."""
 
-    #: The table, in the order of the plan.
     table: Path
     #: Rows of the plan, those of them without a result, and those computed by this call.
     rows: int
-    failed: int
-    computed: int
+    failed: int = 0
+    computed: int = 0
     #: Time of this call, and of its rows alone, all workers together [s].
-    wall_s: float
-    compute_s: float
+    wall_s: float = 0.0
+    compute_s: float = 0.0
     #: Rows that were tried again: id, attempt, reason.
-    retries: list[tuple[str, int, str]]
+    retries: list[tuple[str, int, str]] = field(default_factory=list)
     #: Ids whose results differed between two workers: not one kind of device.
-    conflicts: list[str]
+    conflicts: list[str] = field(default_factory=list)
 
     def read(self) -> list[dict[str, str]]:
         """Read the table as texts by column."""
-        with self.table.open(newline="") as file:
+        with self.table.open(newline="", encoding="utf-8") as file:
             return list(csv.DictReader(file))
 
     def to_pandas(self) -> pandas.DataFrame:
@@ -119,15 +112,9 @@ class Campaign:
 
 
 def campaign(
-    plan: str | Path | Plan,
-    folder: str | Path | None = None,
-    cluster: Any = None,
-    *,
-    adapters: Sequence[str] = (),
-    retries: int = 5,
-    progress: bool | Callable[[str], None] | None = None,
-    compute: Compute | None = None,
-) -> Campaign:
+    plan: str | Path | Plan, folder: str | Path | None = None, cluster: Any = None, *, adapters: Sequence[str] = (), retries: int = 5,
+    progress: bool | Callable[[str], None] | None = None, compute: Compute | None = None,
+) -> Campaign:  # fmt: skip
     """Compute the rows of a plan that are not in the folder yet, and write the table.
 
     `plan`: a file, or a plan, which is then written to `folder/plan.json`. `folder`: by default the plan's name without its ending.
@@ -141,31 +128,27 @@ def campaign(
     tries it again. Errors: `ConnectionError` where the scheduler is lost, `RuntimeError` where no worker can compute; call again to go on.
     """
     start = time.monotonic()
-    if isinstance(plan, Plan):
-        if folder is None:
-            raise ValueError("campaign: expected a folder beside a plan that is no file")
-        at = Path(folder)
-        at.mkdir(parents=True, exist_ok=True)
-        plan.write(at / "plan.json")
-    else:
-        at = Path(folder) if folder is not None else Path(plan).with_suffix("")
-        plan = Plan.read(plan)
+    if folder is None and isinstance(plan, Plan):
+        raise ValueError("campaign: expected a folder beside a plan that is no file")
+    at = Path(folder) if folder is not None else Path(str(plan)).with_suffix("")
+    plan, file = (plan, at / "plan.json") if isinstance(plan, Plan) else (Plan.read(plan), None)
     (at / "rows").mkdir(parents=True, exist_ok=True)
     head, digest = _head(plan, compute)
     _replace(at / f"head-{digest}.json", head)
+    if file:
+        plan.write(file)
     ids = [_hash(digest + _json(changes)) for changes in plan]
     done, conflicts = _read_rows(at)
     wanted: dict[str, Values] = {row: changes for row, changes in zip(ids, plan, strict=True) if row not in done}
-    state = Campaign(at / "table.csv", len(ids), 0, 0, 0.0, 0.0, [], conflicts)
+    state = Campaign(at / "table.csv", len(ids), conflicts=conflicts)
     lost: dict[str, str] = {}
     if wanted:
         show = progress if callable(progress) else _printer(progress)
         if cluster is None and (adapters or plan.options.get("backend") == "gpu"):
             cluster = max(1, len(adapters))
-        lost = _compute_all(wanted, (str(at.absolute()), digest, adapters, compute), cluster, retries, show, state)
+        lost = _compute_all(wanted, (str(at.absolute()), digest, list(adapters), compute), cluster, retries, show, state)
         done, state.conflicts = _read_rows(at)
-    lagging = "not on the disk yet: the file system lags, call again"
-    results = [done.get(row, [None, lost.get(row, lagging)]) for row in ids]
+    results = [done.get(row, [None, lost.get(row, "not on the disk yet: the file system lags, call again")]) for row in ids]
     state.failed = sum(values is None for values, _ in results)
     _write_table(state.table, plan, ids, results)
     state.wall_s = time.monotonic() - start
@@ -180,9 +163,7 @@ def compute_row(head: Mapping[str, Any], changes: Values) -> Values:
     return {name: _inside(result.summary, name) for name in head["outputs"]}
 
 
-def compute_batch(
-    folder: str, digest: str, adapters: Sequence[str], compute: Compute | None, rows: Sequence[tuple[str, Values]]
-) -> tuple[int, float]:
+def compute_batch(folder: str, digest: str, adapters: list[str], compute: Compute | None, rows: list[tuple[str, Values]]) -> tuple[int, float]:
     """Compute rows on a worker, each written before the next begins. Returns their number and time [s]."""
     start = time.monotonic()
     head, journal = _load_head(folder, digest), _open_journal(folder, os.getpid())
@@ -290,12 +271,9 @@ def _head(plan: Plan, compute: Compute | None) -> tuple[str, str]:
     import ripstop
 
     # One thread: as many shots run as there are workers. A shot does not depend on it.
-    options = {"threads": 1, "backend": "cpu", **plan.options}
-    head = {
-        "case": plan.case, "run": plan.run, "options": options, "outputs": list(plan.outputs or OUTPUTS[plan.run]),
-        "version": getattr(ripstop, "__version__", None), "compute": getattr(compute, "__qualname__", None),
-    }  # fmt: skip
-    return _json(head), _hash(_json(head))
+    head = {**plan.__dict__, "rows": None, "options": {"threads": 1, "backend": "cpu", **plan.options}, "version": ripstop.__version__}
+    text = _json(head | {"outputs": list(plan.outputs or OUTPUTS[plan.run]), "compute": getattr(compute, "__qualname__", None)})
+    return text, _hash(text)
 
 
 def _hash(text: str) -> str:
@@ -318,9 +296,8 @@ def _inside(summary: Mapping[str, Any], name: str) -> Any:
 
 
 @lru_cache(maxsize=4)
-def _load_head(folder: str, digest: str) -> Mapping[str, Any]:
-    head: Mapping[str, Any] = json.loads((Path(folder) / f"head-{digest}.json").read_text())
-    return head
+def _load_head(folder: str, digest: str) -> Any:
+    return json.loads((Path(folder) / f"head-{digest}.json").read_text("utf-8"))
 
 
 @lru_cache(maxsize=4)
@@ -373,7 +350,7 @@ def _write_table(path: Path, plan: Plan, ids: Sequence[str], results: Sequence[S
 def _replace(path: Path, text: str) -> Path:
     """Write a file under a temporary name and rename it: it is complete or not there."""
     temporary = path.with_name(f".{path.name}-{os.getpid()}")
-    temporary.write_text(text)
+    temporary.write_bytes(text.encode())
     temporary.replace(path)
     return path
 

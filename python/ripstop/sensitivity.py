@@ -34,12 +34,11 @@ class Study:
 
     output: str
     method: str
-    #: Two-sided confidence of the intervals.
     level: float
-    #: Index by factor, each with its lower and upper end. Sobol: `S1` (alone) and `ST` (with others), parts of the variance. Morris: `mu_star`
-    #: (mean absolute effect over the range) and `sigma` (scatter of effects), in the unit of the output.
+    #: Index by factor, each with its ends at the two-sided confidence `level`. Sobol: `S1` (alone) and `ST` (with others), parts of the variance.
+    #: Morris: `mu_star` (mean absolute effect over the range) and `sigma` (scatter of effects), in the unit of the output.
     indices: dict[str, dict[str, tuple[float, float, float]]]
-    #: Values of the factors, shape (points, factors), the output, and its own standard error; NaN where a point failed.
+    #: Values of the factors by point, the output, and its own standard error, shape (points); NaN where a point failed.
     points: list[dict[str, Any]] = field(repr=False)
     values: Array = field(repr=False)
     errors: Array = field(repr=False)
@@ -97,20 +96,10 @@ class Study:
 
 
 def study(
-    case: Any,
-    factors: Mapping[str, Factor],
-    output: str = "v50",
-    *,
-    method: Literal["sobol", "morris"] = "sobol",
-    samples: int = 64,
-    seed: int = 1,
-    level: float = 0.9,
-    folder: str | Path | None = None,
-    cluster: Any = None,
-    progress: bool | None = None,
-    compute: Compute | None = None,
+    case: Any, factors: Mapping[str, Factor], output: str = "v50", *, method: Literal["sobol", "morris"] = "sobol", samples: int = 64, seed: int = 1,
+    level: float = 0.9, folder: str | Path | None = None, cluster: Any = None, progress: bool | None = None, compute: Compute | None = None,
     **options: Any,
-) -> Study:
+) -> Study:  # fmt: skip
     """Find which factors an output depends on.
 
     `factors`: by JSON pointer, or by several with a space between that take the same value: bounds, a list of choices, or a distribution of
