@@ -13,8 +13,7 @@ from .errors import among, failed, refusal, within
 from .progress import Receiver, shown
 from .run import Run
 
-#: Parts of a case whose keys may be keywords.
-PARTS = ("pack", "projectile", "solver", "output")
+PARTS = ("pack", "projectile", "solver", "output")  #: Parts of a case whose keys may be keywords.
 
 
 def plain(value: Any) -> Any:
@@ -70,8 +69,7 @@ class Case:
     Raises CaseError with everything that is wrong.
     """
 
-    #: The case in the library.
-    handle: _ripstop.Case
+    handle: _ripstop.Case  #: The case in the library.
 
     def __init__(self, source: str | os.PathLike[str] | Mapping[str, Any] | None = None, /, *, name: str = "case", **keys: Any) -> None:
         if source is not None and keys:

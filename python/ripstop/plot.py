@@ -19,16 +19,10 @@ COLOURS = {"stopped": "#0072b2", "perforated": "#d55e00"}
 
 #: Energies at a time, by their columns.
 ENERGIES = {
-    "projectile_energy_j": "projectile",
-    "kinetic_energy_j": "fabric, kinetic",
-    "stored_energy_j": "fabric, elastic",
-    "failure_energy_j": "yarn failure",
-    "friction_j": "friction",
-    "contact_dissipation_j": "contact",
-    "viscous_dissipation_j": "shock viscosity",
-    "hourglass_energy_j": "hourglass",
-    "backing_energy_j": "clay",
-}
+    "projectile_energy_j": "projectile", "kinetic_energy_j": "fabric, kinetic", "stored_energy_j": "fabric, elastic",
+    "failure_energy_j": "yarn failure", "friction_j": "friction", "contact_dissipation_j": "contact",
+    "viscous_dissipation_j": "shock viscosity", "hourglass_energy_j": "hourglass", "backing_energy_j": "clay",
+}  # fmt: skip
 
 #: Ends of names that are a unit.
 UNITS = {"_m_s": "m/s", "_us": "µs", "_mm": "mm", "_n": "N", "_j": "J", "_gpa": "GPa", "_mpa": "MPa", "_deg": "°", "_g": "g"}
@@ -53,11 +47,9 @@ def axes(ax: Axes | None, across: str, up: str) -> Axes:
 
 
 def overlay(
-    runs: Mapping[str, Run] | Sequence[Run],
-    column: str = "projectile_velocity_m_s",
-    measured: Mapping[str, Any] | None = None,
-    ax: Axes | None = None,
-) -> Axes:
+    runs: Mapping[str, Run] | Sequence[Run], column: str = "projectile_velocity_m_s",
+    measured: Mapping[str, Any] | None = None, ax: Axes | None = None,
+) -> Axes:  # fmt: skip
     """Draws a column of the history of runs over time [µs] in one figure.
 
     `runs`: by their labels, or in a row, labelled by their titles. `measured`: columns `time_us` and the one drawn, a dict or a DataFrame.

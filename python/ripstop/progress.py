@@ -11,8 +11,7 @@ from contextlib import contextmanager
 Receiver = Callable[[Mapping[str, float | None]], object]
 
 WIDTH = 79
-#: Time before which nothing is written [s].
-FIRST = 0.1
+FIRST = 0.1  #: Time before which nothing is written [s].
 
 
 def line(what: str, at: Mapping[str, float | None]) -> str:

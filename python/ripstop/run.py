@@ -25,8 +25,7 @@ class Frame:
     which counts from the struck side.
     """
 
-    #: Time [µs].
-    time_us: float
+    time_us: float  #: Time [µs].
     arrays: Table
     #: Reference positions of the nodes [mm], (nodes, 3): x along the warp, y along the weft, z with the shot.
     reference_mm: NDArray[np.float32] = field(repr=False)

@@ -23,15 +23,13 @@ from .table import Result, Table
 if TYPE_CHECKING:
     from .case import Case
 
-#: Path of a file or folder.
-Place = str | os.PathLike[str]
+Place = str | os.PathLike[str]  #: Path of a file or folder.
 
 
 class Study(Result):
     """Result of a study: attributes of its JSON file, `table` of its CSV file, units in the names, `page`, `folder`."""
 
-    #: Name of its files, and of what it counts.
-    stem, units = "", ""
+    stem, units = "", ""  #: Name of its files, and of what it counts.
 
     def __init__(self, folder: Path, kept: bool) -> None:
         text, self.page, rows = ((folder / f"{self.stem}.{end}").read_text("utf-8") for end in ("json", "html", "csv"))

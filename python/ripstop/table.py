@@ -15,10 +15,8 @@ if TYPE_CHECKING:
     import pandas
     from matplotlib.axes import Axes
 
-#: Columns of text.
-TEXT = {"outcome", "reason", "trust", "yarn"}
-#: Height of a page in a notebook [px].
-HEIGHT = 640
+TEXT = {"outcome", "reason", "trust", "yarn"}  #: Columns of text.
+HEIGHT = 640  #: Height of a page in a notebook [px].
 
 
 class Table(dict[str, NDArray[Any]]):
@@ -53,14 +51,10 @@ def _numbers(cells: NDArray[np.str_]) -> NDArray[Any]:
 class Result:
     """Result with a summary and a page. `result.v50_m_s` is `result.summary["v50_m_s"]`. In a notebook it shows its page: verdict, figures, tables."""
 
-    #: Everything that the command prints with --json.
-    summary: dict[str, Any]
-    #: The page that the command writes: one HTML file that needs nothing else.
-    page: str
-    #: The table that comes with it.
-    table: Table
-    #: Its plot in `ripstop.plot`.
-    drawing: str
+    summary: dict[str, Any]  #: Everything that the command prints with --json.
+    page: str  #: The page that the command writes: one HTML file that needs nothing else.
+    table: Table  #: The table that comes with it.
+    drawing: str  #: Its plot in `ripstop.plot`.
 
     def __init__(self, summary: str) -> None:
         self.summary = json.loads(summary)
