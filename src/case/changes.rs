@@ -285,9 +285,26 @@ impl Case {
     /// # Errors
     /// The refusal of the case so changed.
     pub fn with(&self, pointer: &str, value: impl Into<Value>) -> Result<Self, CaseError> {
-        let folder = Some(&*self.path).filter(|path| path.is_file()).map(read::folder_of);
         let change = Change::new(pointer, value.into()).map_err(|error| error.in_file(&self.name))?;
-        let changed = read::assemble_document(&self.name, self.as_run.clone(), &[change], BY, folder)?;
+        self.changed(&self.name, &[change], BY)
+    }
+
+    /// The case with changes `/json/pointer=value`, as the command line's `--set` makes them, named after them.
+    ///
+    /// # Errors
+    /// As of [`case::read`](crate::case::read).
+    pub fn with_sets(&self, sets: &[String]) -> Result<Self, CaseError> {
+        let path = self.path.display().to_string();
+        let file = if path.is_empty() { &self.name } else { &path };
+        let changes = sets.iter().map(|text| parse(text)).collect::<Result<Vec<_>, _>>();
+        let mut case = self.changed(file, &changes.map_err(|error| error.in_file(file))?, FLAG)?;
+        case.name_changes(sets);
+        Ok(case)
+    }
+
+    fn changed(&self, file: &str, changes: &[Change], by: &str) -> Result<Self, CaseError> {
+        let folder = Some(&*self.path).filter(|path| path.is_file()).map(read::folder_of);
+        let changed = read::assemble_document(file, self.as_run.clone(), changes, by, folder)?;
         Ok(Self { name: self.name.clone(), path: self.path.clone(), ..changed })
     }
 }

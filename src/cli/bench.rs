@@ -18,7 +18,6 @@ use serde_json::{Value, json};
 
 use super::arguments::{BackendArguments, BackendChoice, PrintArguments};
 use super::backend;
-use super::check::run_time;
 use super::failure::CommandFailure;
 use super::terminal::{self, Align, TextTable};
 
@@ -110,7 +109,7 @@ pub(crate) fn bench(arguments: &BenchArguments) -> Result<(), CommandFailure> {
                 let model = Model::<f64>::part(&case).map_err(|error| error.in_file(&path.display().to_string()))?;
                 let elements = if skips.symmetry { model.elements() } else { model.whole_elements() };
                 runs += 1;
-                seconds += run_time(model.plies.len(), elements, case.solver.end_time / model.dt);
+                seconds += output::run_time(model.plies.len(), elements, case.solver.end_time / model.dt);
             }
         }
         terminal::say(&arguments.print, &format!("note: {runs} runs, {} at most", terminal::duration(seconds)));

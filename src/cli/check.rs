@@ -6,7 +6,7 @@ use std::thread;
 
 use clap::{Args, CommandFactory, ValueEnum};
 use clap_complete::Shell;
-use ripstop::case::{self, Case, Edge, Edges, Fabric, Field};
+use ripstop::case::{self, Case, Edge, Edges, Fabric};
 use ripstop::gpu;
 use ripstop::model::Model;
 use ripstop::model::unit_cell_curve::{self, CurveLaw, CurvePoint};
@@ -15,8 +15,8 @@ use ripstop::output::checks::case_warnings;
 use ripstop::output::number::{bytes, grouped, short, us};
 use ripstop::output::report::{behind, held};
 use ripstop::output::warnings::assumed_fields;
-use ripstop::output::{areal_density, symmetry};
-use ripstop::run::{Sample, Simulation, Skips};
+use ripstop::output::{self, symmetry};
+use ripstop::run::{Simulation, Skips};
 use serde_json::{Map, Value, json};
 use sysinfo::{CpuRefreshKind, MemoryRefreshKind, RefreshKind, System};
 
@@ -29,10 +29,6 @@ use super::{backend, result};
 const MAX_POINTS: usize = 1_000_000;
 /// Columns of the sketch of a pack.
 const SKETCH: usize = 24;
-/// Time of an element-step of what symmetry leaves, on one thread [µs]: of one ply, twice what a core of a Zen 5 takes; of packs as twelve
-/// plies that tear took on a slower core, two thirds of it for contact between them.
-const ELEMENT_STEP: [f64; 2] = [0.1, 0.6];
-
 /// `ripstop check`
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
@@ -107,61 +103,43 @@ pub(crate) fn check(arguments: &CheckArguments) -> Result<(), CommandFailure> {
 fn sheet(case: &Case) -> Result<(String, Value), CommandFailure> {
     let simulation = Simulation::<f64>::with_skips(case, Skips::default());
     let simulation = simulation.map_err(|error| error.in_file(&case.path.display().to_string()))?;
+    let value = output::sheet(case, &simulation);
+    let digits = |value: &Value, count| short(value.as_f64().unwrap_or_default(), count);
     let layers = case.layers();
     let mut rows = TextTable::pairs::<String>([]);
-    let mut fabrics = Vec::new();
-    for layer in layers.iter() {
+    for (layer, one) in layers.iter().zip(value["fabrics"].as_array().into_iter().flatten()) {
         let fabric = &layer.fabric;
-        let [areal, thickness] = [1e3 * fabric.areal_density, 1e3 * fabric.thickness].map(|number| short(number, 4));
+        let [areal, thickness] = [digits(&one["areal_density_g_m2"], 4), short(1e3 * fabric.thickness, 4)];
         rows.row(["fabric".to_owned(), format!("{}: a ply of {areal} g/m², {thickness} mm thick", fabric.name)]);
-        let mut one = json!({
-            "name": fabric.name, "plies": layer.plies, "areal_density_g_m2": 1e3 * fabric.areal_density,
-        });
         for (name, yarn) in
             [("warp", &fabric.warp), ("weft", &fabric.weft)].into_iter().filter(|(_, yarn)| yarn.present)
         {
-            let wave = (yarn.modulus / fabric.fibre_density).sqrt();
-            let load = yarn.breaking_strain().map(|strain| strain * yarn.modulus * yarn.area(fabric.fibre_density));
             let [dtex, count] = [1e7 * yarn.linear_density, 1e-2 * yarn.count].map(|number| short(number, 4));
-            let breaks = load.map_or_else(
+            let breaks = one[name]["breaking_load_n"].as_f64().map_or_else(
                 || "never breaks".to_owned(),
                 |load| {
                     let tenacity = short(1e-6 * load / yarn.linear_density, 3);
                     format!("breaks at {} N ({tenacity} N/tex)", short(load, 3))
                 },
             );
-            let wave_speed = short(wave, 4);
+            let wave_speed = digits(&one[name]["wave_speed_m_s"], 4);
             rows.row([format!("  {name}"), format!("{dtex} dtex, {count}/cm, {breaks}, wave {wave_speed} m/s")]);
-            one[name] = json!({ "breaking_load_n": load, "wave_speed_m_s": wave });
         }
-        fabrics.push(one);
     }
-    let (pack, elements, [width, height]) = (areal_density(case), simulation.model.whole_elements(), extent(case));
+    let [width, height] = extent(case);
     let plies: u32 = layers.iter().map(|layer| layer.plies).sum();
     let plies = if plies == 1 { "1 ply".to_owned() } else { format!("{plies} plies") };
     let size = [width, height].map(|side| short(1e3 * side, 4)).join(" × ");
-    rows.row(["pack".to_owned(), format!("{plies}, {size} mm, {} kg/m²", short(pack, 4))]);
-    let energy = case.projectile.as_ref().map(|p| 0.5 * p.mass * p.velocity * p.velocity);
-    if let (Some(projectile), Some(energy)) = (&case.projectile, energy) {
-        let [mass, velocity, energy] = [1e3 * projectile.mass, projectile.velocity, energy].map(|n| short(n, 4));
-        let diameter = short(1e3 * projectile.shape.diameter(), 4);
+    let pack = digits(&value["areal_density_kg_m2"], 4);
+    rows.row(["pack".to_owned(), format!("{plies}, {size} mm, {pack} kg/m²")]);
+    if let Some(projectile) = &case.projectile {
+        let [mass, velocity] = [1e3 * projectile.mass, projectile.velocity].map(|n| short(n, 4));
+        let (diameter, energy) = (short(1e3 * projectile.shape.diameter(), 4), digits(&value["impact_energy_j"], 4));
         let body = format!("{diameter} mm wide, {mass} g, {velocity} m/s: impact energy {energy} J");
         rows.row(["projectile".to_owned(), body]);
     }
-    let (cost, run) = the_run(case, &simulation, elements as u64);
-    let mut value = json!({
-        "file": case.path.display().to_string(),
-        "title": case.title,
-        "fabrics": fabrics,
-        "areal_density_kg_m2": pack,
-        "impact_energy_j": energy,
-        "run": run,
-        "fields": case.fields.iter().map(field).collect::<Vec<_>>(),
-        "notes": case.notes,
-    });
-    value["warnings"] = json!(case_warnings(case));
-    let text =
-        format!("{}\n\n{rows}\n{}{}", case.title, sketch(case, [width, height]), part("the run", &cost.to_string()));
+    let cost = the_run(case, &simulation, &value["run"]).to_string();
+    let text = format!("{}\n\n{rows}\n{}{}", case.title, sketch(case, [width, height]), part("the run", &cost));
     Ok((text, value))
 }
 
@@ -202,13 +180,6 @@ fn sketch(case: &Case, [width, height]: [f64; 2]) -> String {
     out + &format!("  {}\n", words.join("   ")) + "  warp →, weft ↑, seen from the back face\n"
 }
 
-fn field(field: &Field) -> Value {
-    json!({
-        "pointer": field.pointer, "value": field.value, "unit": field.unit, "origin": field.origin.word(),
-        "source": field.source, "assumed": field.assumed,
-    })
-}
-
 /// Every field, under the mesh.
 fn every_field(case: &Case) -> String {
     case::report(case).split_once('\n').map_or_else(String::new, |(_, fields)| format!("\n{fields}"))
@@ -231,43 +202,22 @@ fn assumed(case: &Case) -> String {
     part(&title, &groups.collect::<String>())
 }
 
-/// Time step, size and memory of the run, as a table and as JSON.
-fn the_run(case: &Case, simulation: &Simulation<f64>, elements: u64) -> (TextTable, Value) {
-    let (model, state) = (&simulation.model, &simulation.state);
-    let steps = (case.solver.end_time / model.dt).ceil() as u64 + 1;
-    let rows = (case.solver.end_time / case.output.history_interval).ceil() + 1.0;
-    let numbers = (state.nodes.data.len() + state.elements.data.len()) * size_of::<f64>();
-    let memory = numbers as f64 + rows * size_of::<Sample>() as f64;
+/// Time step, size and memory of the run.
+fn the_run(case: &Case, simulation: &Simulation<f64>, numbers: &Value) -> TextTable {
+    let (model, number) = (&simulation.model, |name: &str| numbers[name].as_f64().unwrap_or_default());
+    let [steps, elements] = ["steps", "elements"].map(|name| numbers[name].as_u64().unwrap_or_default());
     let threads = thread::available_parallelism().map_or(1, NonZero::get);
-    let plies = model.plies.len();
-    let (seconds, each) = (run_time(plies, model.elements(), steps as f64), element_step(plies));
-    let table = TextTable::pairs([
+    let (seconds, each) = (short(number("run_time_s"), 2), output::element_step(model.plies.len()));
+    TextTable::pairs([
         ("critical time step", format!("{}, set by: {}", us(model.bound.critical_step), model.bound.set_by)),
         ("time step", format!("{}, {} steps at most", us(model.dt), grouped(steps))),
         ("elements", format!("{}: {}", grouped(elements), symmetry(model.planes))),
         ("element-steps", format!("{} at most", grouped(elements.saturating_mul(steps)))),
         ("held", held(case)),
         ("behind the pack", behind(case)),
-        ("run time", format!("{} s at most, at {each} µs an element-step, threads: {threads}", short(seconds, 2))),
-        ("memory", format!("{} of state and history", bytes(memory))),
-    ]);
-    let value = json!({
-        "critical_time_step_us": 1e6 * model.bound.critical_step, "set_by": model.bound.set_by,
-        "time_step_us": 1e6 * model.dt, "steps": steps, "elements": elements,
-        "run_time_s": seconds, "memory_bytes": memory,
-    });
-    (table, value)
-}
-
-/// Time of an element-step of a pack of so many plies [µs].
-fn element_step(plies: usize) -> f64 {
-    ELEMENT_STEP[usize::from(plies > 1)]
-}
-
-/// Run time of so many steps of a pack on all threads, at most [s].
-pub(crate) fn run_time(plies: usize, elements: usize, steps: f64) -> f64 {
-    let threads = thread::available_parallelism().map_or(1, NonZero::get);
-    1e-6 * element_step(plies) * elements as f64 * steps / threads as f64
+        ("run time", format!("{seconds} s at most, at {each} µs an element-step, threads: {threads}")),
+        ("memory", format!("{} of state and history", bytes(number("memory_bytes")))),
+    ])
 }
 
 /// Prints adapters and memory of this machine, and what a case needs of them.

@@ -84,7 +84,7 @@ pub(super) fn history(history: &[Sample]) -> String {
 
 /// `events.csv`: every yarn failure. `ply`, `i` (column, along warp) and `j` (row, along weft) count from 0; `x_mm` and `y_mm` are the
 /// reference place of the element from the middle of its ply, in the ply's axes. `time_step` [s].
-pub(super) fn events(case: &Case, events: &[FailureEvent], time_step: f64) -> String {
+pub fn events(case: &Case, events: &[FailureEvent], time_step: f64) -> String {
     let of_layer = |layer: &Layer| vec![layer.middles(); layer.plies as usize];
     let middles: Vec<[Vec<f64>; 2]> = case.layers().iter().flat_map(of_layer).collect();
     let row = |event: &FailureEvent| {
@@ -99,7 +99,7 @@ pub(super) fn events(case: &Case, events: &[FailureEvent], time_step: f64) -> St
 }
 
 /// `plies.csv`: every ply of a pack at the times of the history, counted from 0 at the struck side.
-pub(super) fn plies(history: &[PlySample]) -> String {
+pub fn plies(history: &[PlySample]) -> String {
     let names =
         ["time_us", "ply", "kinetic_energy_j", "stored_energy_j", "max_deflection_mm", "failed_warp", "failed_weft"];
     let row = |PlySample { time, ply, moment, failed: [warp, weft] }: &PlySample| {
@@ -111,7 +111,7 @@ pub(super) fn plies(history: &[PlySample]) -> String {
 }
 
 /// `profiles.csv`: every node of every deflection profile.
-pub(super) fn profiles(profiles: &[DeflectionProfile]) -> String {
+pub fn profiles(profiles: &[DeflectionProfile]) -> String {
     let names = ["time_us", "reference_mm", "position_mm", "deflection_mm", "strain", "force_n_per_m"];
     let points = profiles.iter().flat_map(|profile| profile.points.iter().map(|point| (profile.time, point)));
     let row = |(time, p): (f64, &ProfilePoint)| {

@@ -15,6 +15,7 @@ pub mod frames;
 #[doc(hidden)]
 pub mod number;
 pub mod report;
+mod sheet;
 mod summary;
 pub mod warnings;
 
@@ -23,6 +24,8 @@ pub use checkpoint::CheckpointWriter;
 pub use expect::check;
 pub use folder::{CHECKPOINT, Folder, StagedFrames, write_whole};
 pub use report::animation::{AnimatedPly, Animation, Keyframe};
+#[doc(hidden)]
+pub use sheet::{element_step, run_time, sheet};
 pub use summary::{
     Energies, Verdict, absorbed_energy, areal_density, costs, margins, residual_velocity, summary, verdict,
 };

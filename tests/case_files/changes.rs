@@ -9,6 +9,9 @@ fn changes_are_named_in_title_and_name() {
         let mut case = case::from_str("plain.json", &plain().to_string(), &sets).unwrap();
         case.name_changes(&sets);
         assert_eq!(case.as_run["title"], case.title.as_str());
+        // A case at hand is changed to the same.
+        let changed = case::from_str("plain.json", &plain().to_string(), &[]).unwrap().with_sets(&sets).unwrap();
+        assert_eq!((&changed.as_run, &changed.name, &changed.title), (&case.as_run, &case.name, &case.title));
         (case.name, case.title)
     };
     let pair = |name: &str, title: &str| (name.to_owned(), title.to_owned());
