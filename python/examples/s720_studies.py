@@ -1,10 +1,7 @@
-"""What matters for one ply of S-720: crimp, friction, boundary, shape, plies, shear, one at a time.
+"""What matters for one ply of S-720: crimp, friction, boundary, shape, plies, shear, one at a time: python s720_studies.py [FOLDER]
 
-    python s720_studies.py [FOLDER]
-
-Each row changes one thing of the paper's shot and finds the ballistic limit. A change matters where it moves the limit by more than both numerical
-errors together. FOLDER, by default out/s720-studies, gets table.csv; the same command goes on with what lies there. `which-parameters-matter` in
-`notebooks/` has the same question for all factors at once, by Sobol indices.
+Each row changes one thing of the paper's shot and finds the ballistic limit. It matters where it moves the limit by more than both numerical errors,
+though on one mesh much of them is common. FOLDER, by default out/s720-studies, gets table.csv. The same command goes on with what lies there.
 """
 
 import sys
@@ -55,20 +52,15 @@ def main(folder: Path) -> None:
     """Compute the limits, and print them beside that of the paper's shot."""
     names = [(study, name) for study, changes in STUDIES.items() for name in changes]
     changes = [STUDIES[study][name] for study, name in names]
-    columns = sorted({pointer for change in changes for pointer in change})
-    rows = {pointer: [change.get(pointer) for change in changes] for pointer in columns}
+    rows = {pointer: [change.get(pointer) for change in changes] for pointer in sorted(set().union(*changes))}
     plan = ripstop.Plan(CASE.document, rows, run="v50", options={"refined": 0, "precision": "f32"})
     found = ripstop.campaign(plan, folder).read()
-    limit, *_ = half = [float(found[0][name]) for name in ("v50_m_s", "low_m_s", "high_m_s")]
-    print(f"{'study':9} {'change':26} {'limit':>7} m/s  {'over that of the paper':22}")
-    for (study, name), row in zip(names, found):
-        if row["reason"]:
-            print(f"{study:9} {name:26}  {row['reason']}")
-            continue
-        value, low, high = (float(row[column]) for column in ("v50_m_s", "low_m_s", "high_m_s"))
-        error = hypot(high - low, half[2] - half[1]) / 2
-        matters = "" if name in STUDIES[""] else "matters" if abs(value - limit) > error else "does not"
-        print(f"{study:9} {name:26} {value:7.1f}     {value / limit:.3f} +- {error / limit:.3f}   {matters}")
+    limits = [[float(row[name] or "nan") for name in ("v50_m_s", "low_m_s", "high_m_s")] for row in found]
+    print(f"{'study':9} {'change':26} {'limit':>7} m/s  over that of the paper")
+    for (study, name), row, (limit, low, high) in zip(names, found, limits):
+        error = hypot(high - low, limits[0][2] - limits[0][1]) / 2
+        verdict = row["reason"] or ("matters" if abs(limit - limits[0][0]) > error else "does not" if study else "")
+        print(f"{study:9} {name:26} {limit:7.1f}     {limit / limits[0][0]:.3f} +- {error / limits[0][0]:.3f}   {verdict}")
 
 
 if __name__ == "__main__":

@@ -16,7 +16,6 @@ from numpy.typing import ArrayLike, NDArray
 
 if TYPE_CHECKING:
     import pandas
-    from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 
@@ -69,7 +68,6 @@ class TensionTest:
 
     def _curve(self, case: Any, stretch: Array) -> tuple[Array, Array]:
         import ripstop
-
         # Free yarns shorten until they carry nothing: any stretch below what the weave can reach is the same.
         other = {"held": 1.0, "free": 0.5}[self.across]
         along = (stretch.tolist(), other) if self.along == "warp" else (other, stretch.tolist())
@@ -169,23 +167,10 @@ class Calibration:
     def to_pandas(self) -> pandas.DataFrame:
         """Table of the parameters."""
         import pandas
-
         return pandas.DataFrame.from_dict(self.parameters, orient="index", columns=["value", "low", "high"])
 
     def _repr_html_(self) -> str:
         return str(self.to_pandas().to_html()) + "".join(f"<p>{note}</p>" for note in self.notes)
-
-    def plot(self) -> Sequence[Axes]:
-        """Draw the profile of each parameter: how much worse others fit."""
-        import matplotlib.pyplot as plt
-        from scipy.stats import chi2
-
-        _, axes = plt.subplots(1, len(self.profiles), figsize=(4 * len(self.profiles), 3), sharey=True, squeeze=False)
-        for ax, (name, points) in zip(axes[0], self.profiles.items(), strict=True):
-            ax.plot(*zip(*sorted(points), strict=True), "o-")
-            ax.axhline(chi2.ppf(self.level, 1), ls=":", color="black")
-            ax.set(xlabel=name, ylabel="rise of chi-square", ylim=(-0.2, 8))
-        return list(axes[0])
 
 
 def calibrate(case: Any, parameters: Mapping[str, tuple[float, float]], data: Sequence[Measurement], level: float = 0.9) -> Calibration:
@@ -196,19 +181,16 @@ def calibrate(case: Any, parameters: Mapping[str, tuple[float, float]], data: Se
     Errors: `ValueError` for bounds and errors that are none, and those of the case.
     """
     from scipy.stats import chi2
-
     fit = _Fit(case, parameters, data)
     best = fit.minimise(np.full(len(fit.names), 0.5), {})
     threshold = float(chi2.ppf(level, 1))
-    while True:  # again where a profile finds a better fit
-        profiles, ends, better = fit.profiles(best, threshold)
-        if better is None:
-            break
+    profiles, ends, better = fit.profiles(best, threshold)
+    while better is not None:  # again where a profile finds a better fit
         best = fit.minimise(better, {})
+        profiles, ends, better = fit.profiles(best, threshold)
     scale = fit.high - fit.low
-    values = fit.low + best * scale
     sides = [[None if end is None else float(fit.low[k] + end * scale[k]) for end in ends[k]] for k in range(len(ends))]
-    found = {name: (float(values[k]), sides[k][0], sides[k][1]) for k, name in enumerate(fit.names)}
+    found = {name: (float(fit.low[k] + best[k] * scale[k]), sides[k][0], sides[k][1]) for k, name in enumerate(fit.names)}
     least, freedom = fit.chi_square(best), fit.count - len(found)
     p_value = float(chi2.sf(least, freedom)) if freedom > 0 else None
     notes = [_open(name, sides[k], (fit.low[k], fit.high[k])) for k, name in enumerate(fit.names)] + fit.loose(best)
@@ -258,7 +240,6 @@ class _Fit:
     def minimise(self, start: Array, fixed: Mapping[int, float]) -> Array:
         """Best parameters from a start, some of them fixed."""
         from scipy.optimize import least_squares
-
         unit, free = start.copy(), [k for k in range(start.size) if k not in fixed]
         unit[list(fixed)] = list(fixed.values())
         if not free:
@@ -288,7 +269,6 @@ class _Fit:
     def profiles(self, best: Array, threshold: float) -> tuple[list[list[tuple[float, float]]], list[list[float | None]], Array | None]:
         """Profiles, ends of the intervals, and a better fit where one is found on the way."""
         from scipy.optimize import brentq
-
         least, curvature = self.chi_square(best), np.linalg.norm(self.jacobian(best), axis=0)
         profiles: list[list[tuple[float, float]]] = []
         ends: list[list[float | None]] = []

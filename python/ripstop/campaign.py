@@ -39,6 +39,10 @@ OUTPUTS = {
 }
 #: Seconds that a batch of rows is meant to take: long against the few ms of a task, short against what a lost worker costs.
 BATCH_S = 2.0
+#: A worker that dies is an attempt of ours, with a reason, of the batch that it was at: not of others that wait for it.
+DASK = {"distributed.scheduler.allowed-failures": 0, "distributed.scheduler.worker-saturation": 1.0}
+#: Texts for exceptions of Dask, the same for the same cause.
+REASONS = {"KilledWorker": "the worker process ended", "FutureCancelledError": "the scheduler cancelled it"}
 
 
 @dataclass(frozen=True)
@@ -60,9 +64,6 @@ class Plan:
             raise ValueError(f"plan, /run: expected one of {', '.join(OUTPUTS)}, found {self.run!r}")
         if not self.rows or len({len(column) for column in self.rows.values()}) != 1:
             raise ValueError(f"plan, /rows: expected columns of equal length, found {({k: len(v) for k, v in self.rows.items()})}")
-
-    def __len__(self) -> int:
-        return len(next(iter(self.rows.values())))
 
     def __iter__(self) -> Iterator[dict[str, Any]]:
         """Changes of each row."""
@@ -107,7 +108,6 @@ class Campaign:
     def to_pandas(self) -> pandas.DataFrame:
         """Read the table."""
         import pandas
-
         return pandas.read_csv(self.table)
 
 
@@ -158,7 +158,6 @@ def campaign(
 def compute_row(head: Mapping[str, Any], changes: Values) -> Values:
     """Compute a row with the solver: the outputs of the plan by name."""
     import ripstop
-
     result = getattr(ripstop.Case(head["case"]).with_(changes), head["run"])(**head["options"], progress=False)
     return {name: _inside(result.summary, name) for name in head["outputs"]}
 
@@ -188,7 +187,6 @@ def _compute_all(
 ) -> dict[str, str]:
     """Compute rows on a cluster, two batches at a time for each worker. Returns the reasons of those given up."""
     from distributed import CancelledError, TimeoutError, wait  # noqa: A004 (that of Python from 3.11 on)
-
     waiting, again, running = deque(wanted), deque[str](), dict[Any, list[str]]()
     attempts, lost, timed = dict[str, int](), dict[str, str](), 0
     with ExitStack() as stack:
@@ -212,17 +210,17 @@ def _compute_all(
                     count, seconds = task.result()  # fails, too, where its worker died after the last row
                     state.computed, timed, state.compute_s = state.computed + count, timed + count, state.compute_s + seconds
                 except Exception as error:
-                    failed.append((rows, _reason(error)))
+                    name = type(error).__name__
+                    failed.append((rows, REASONS.get(name) or f"{name}: {' '.join(str(error).split())}"))
             done = _read_rows(Path(batch[0]))[0] if failed else {}
             for rows, reason in failed:
                 left = [row for row in rows if row not in done]
                 state.computed += len(rows) - len(left)
                 waiting.extendleft(left[:0:-1])
-                if left:
-                    # A batch goes in order: the first row without a result is the suspect, and runs alone, so that it takes no other down.
-                    suspect = left[0]
-                    if not state.computed and len(state.retries) >= 10 * workers:
-                        raise RuntimeError(f"{batch[0]}: no worker has computed a row in {len(state.retries)} attempts: {reason}")
+                if not state.computed and len(state.retries) >= 10 * workers:
+                    raise RuntimeError(f"{batch[0]}: no worker has computed a row in {len(state.retries)} attempts: {reason}")
+                # A batch goes in order: the first row without a result is the suspect, and runs alone, so that it takes no other down.
+                for suspect in left[:1]:
                     attempts[suspect] = attempts.get(suspect, 0) + 1
                     state.retries.append((suspect, attempts[suspect], reason))
                     if attempts[suspect] > retries:
@@ -240,14 +238,11 @@ def _connect(cluster: Any, stack: ExitStack) -> Any:
     """Connect to a cluster as `campaign` describes it; what was started ends with the stack."""
     import dask
     from distributed import Client, LocalCluster
-
     if isinstance(cluster, Client):
         return cluster
-    # A worker that dies is an attempt of ours, with a reason: Dask itself would be silent about the first three.
-    stack.enter_context(dask.config.set({"distributed.scheduler.allowed-failures": 0}))
+    stack.enter_context(dask.config.set(DASK))
     if isinstance(cluster, Mapping):
         from dask_jobqueue.slurm import SLURMCluster
-
         keywords = {"cores": 1, "processes": 1, "memory": "4GB", **cluster}
         workers = keywords.pop("jobs", 1) * keywords["processes"]
         cluster = stack.enter_context(SLURMCluster(**keywords))
@@ -269,7 +264,6 @@ def _of_case(error: Exception) -> bool:
 def _head(plan: Plan, compute: Compute | None) -> tuple[str, str]:
     """Head of a plan as text, and its digest."""
     import ripstop
-
     # One thread: as many shots run as there are workers. A shot does not depend on it.
     head = {**plan.__dict__, "rows": None, "options": {"threads": 1, "backend": "cpu", **plan.options}, "version": ripstop.__version__}
     text = _json(head | {"outputs": list(plan.outputs or OUTPUTS[plan.run]), "compute": getattr(compute, "__qualname__", None)})
@@ -310,7 +304,6 @@ def _open_journal(folder: str, process: int) -> BinaryIO:
 def _take_adapter(adapters: tuple[str, ...], process: int) -> tuple[str, Any]:
     """Take an adapter of this machine that no other process has, until this one ends. Errors: `RuntimeError` where there is none."""
     import fcntl
-
     for adapter in adapters:
         lock = open(Path(tempfile.gettempdir(), f"ripstop-adapter-{_hash(adapter)}.lock"), "w")
         with suppress(BlockingIOError):
@@ -355,22 +348,13 @@ def _replace(path: Path, text: str) -> Path:
     return path
 
 
-def _reason(error: Exception) -> str:
-    """Text of what happened to a batch, the same for the same cause."""
-    known = {"KilledWorker": "the worker process ended", "FutureCancelledError": "the scheduler cancelled it"}
-    return known.get(type(error).__name__, f"{type(error).__name__}: {' '.join(str(error).split())}")
-
-
 def _printer(wanted: bool | None) -> Callable[[str], None]:
     """Printer of progress on a line of standard error, once a second at most."""
-    last = 0.0
+    last = [0.0]
 
     def show(text: str) -> None:
-        nonlocal last
-        if not text or time.monotonic() - last > 1:
-            last = time.monotonic()
+        if not text or time.monotonic() - last[0] > 1:
+            last[0] = time.monotonic()
             print(f"\r{text[:79]:<79}", end="\r", file=sys.stderr, flush=True)
 
-    if wanted or (wanted is None and (sys.stderr.isatty() or "ipykernel" in sys.modules)):
-        return show
-    return lambda text: None
+    return show if wanted or (wanted is None and (sys.stderr.isatty() or "ipykernel" in sys.modules)) else lambda text: None

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -51,7 +51,6 @@ class Study:
     def to_pandas(self) -> pandas.DataFrame:
         """Table of the indices."""
         import pandas
-
         rows = [{f"{name}{end}": ends[k] for name, ends in row.items() for k, end in enumerate(("", "_low", "_high"))} for row in self.indices.values()]
         return pandas.DataFrame(rows, index=list(self.indices))
 
@@ -69,7 +68,6 @@ class Study:
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw the indices with their intervals, the largest on top."""
         import matplotlib.pyplot as plt
-
         ax = ax or plt.subplots(figsize=(7, 0.5 + 0.5 * len(self.indices)))[1]
         last = list(next(iter(self.indices.values())))[1 if self.method == "sobol" else 0]
         names = sorted(self.indices, key=lambda name: self.indices[name][last][0])
@@ -81,18 +79,6 @@ class Study:
         ax.axvline(0, color="grey", lw=0.5)
         ax.legend()
         return ax
-
-    def plot_points(self) -> Sequence[Axes]:
-        """Draw the output over each factor."""
-        import matplotlib.pyplot as plt
-
-        _, axes = plt.subplots(1, len(self.indices), figsize=(2.6 * len(self.indices), 2.6), sharey=True, squeeze=False)
-        for ax, name in zip(axes[0], self.indices, strict=True):
-            cells = [point[name] for point in self.points]
-            ax.plot([cell if isinstance(cell, (int, float)) else str(cell) for cell in cells], self.values, ".", ms=3)
-            ax.set_xlabel(_short(name), fontsize=8)
-        axes[0][0].set_ylabel(self.output)
-        return list(axes[0])
 
 
 def study(
@@ -110,19 +96,17 @@ def study(
     All points have the draws of one seed, so most of the scatter of V50 is the same in all. The intervals do not count on it: in each resample
     of the rows every V50 has an error of its own, drawn from its sampling interval and its bracket. Errors: `ValueError`.
     """
-    case, problem = _document(case), _problem(factors)
+    document, name = (case, "case") if isinstance(case, Mapping) else (case.document, case.name)
+    problem = _problem(factors)
     if output != "v50" and output in OUTPUTS["v50"]:
         raise ValueError(f"study, output: expected v50 or a number of a run, found {output!r}")
     run = "v50" if output == "v50" else "run"
     if method == "morris" and any(isinstance(factor, Mapping) for factor in factors.values()):
         raise ValueError("study, morris: expected bounds or choices, for its points lie on the ends of the range; found a distribution")
     # A V50 that corrects itself on a finer mesh costs three times as much, and shifts all points alike.
-    plan = Plan(
-        case=case[0], run=run, outputs=OUTPUTS["v50"] if run == "v50" else [output],
-        options={**({"refined": 0, "bracket": 0.01} if run == "v50" else {}), **options},
-        rows=_choose(factors, _sample(problem, method, samples, seed)),
-    )  # fmt: skip
-    done = campaign(plan, folder or Path("out", f"{case[1]}-study"), cluster, progress=progress, compute=compute)
+    usual, outputs = ({"refined": 0, "bracket": 0.01}, OUTPUTS["v50"]) if run == "v50" else ({}, [output])
+    plan = Plan(document, _choose(factors, _sample(problem, method, samples, seed)), run, {**usual, **options}, outputs)
+    done = campaign(plan, folder or Path("out", f"{name}-study"), cluster, progress=progress, compute=compute)
     values, errors, failed = _read(done, plan, output)
     unit = _sample({**problem, "bounds": [[0, 1]] * len(factors), "dists": ["unif"] * len(factors)}, method, samples, seed)
     rng = np.random.default_rng(seed)
@@ -139,11 +123,6 @@ def study(
     }
     variance = float(np.nanvar(values))
     return Study(output, method, level, found, list(plan), values, errors, failed, noise / variance if variance else math.nan, done)
-
-
-def _document(case: Any) -> tuple[Mapping[str, Any], str]:
-    """Case as it would stand in a file, and its name."""
-    return (case, "case") if isinstance(case, Mapping) else (case.document, case.name)
 
 
 def _problem(factors: Mapping[str, Factor]) -> dict[str, Any]:
@@ -169,11 +148,9 @@ def _sample(problem: dict[str, Any], method: str, samples: int, seed: int) -> Ar
         if samples < 2 or samples & (samples - 1):
             raise ValueError(f"study, samples: expected a power of 2 from 2 on, found {samples}")
         from SALib.sample import sobol
-
         return np.asarray(sobol.sample(problem, samples, calc_second_order=False, seed=seed))
     if method == "morris":
         from SALib.sample import morris
-
         return np.asarray(morris.sample(problem, samples, seed=seed))
     raise ValueError(f"study, method: expected sobol or morris, found {method!r}")
 
@@ -189,7 +166,6 @@ def _choose(factors: Mapping[str, Factor], points: Array) -> dict[str, list[Any]
 def _read(done: Campaign, plan: Plan, output: str) -> tuple[Array, Array, dict[str, int]]:
     """Values, their standard errors, and the reasons of those that failed."""
     from scipy.stats import norm
-
     rows = done.read()
     failed = Counter(row["reason"] for row in rows if row["reason"])
     if output != "v50":
@@ -209,7 +185,6 @@ def _sobol(values: Array, unit: Array, rng: np.random.Generator | None, noise: f
     A point that failed costs the rows of the factors it belongs to. `noise`: variance that was added to the values, and is taken out again.
     """
     from SALib.analyze.sobol import first_order, separate_output_values, total_order
-
     count = unit.shape[1]
     a, b, ab, _ = separate_output_values(values - np.nanmean(values), count, values.size // (count + 2), False)
     found = []
@@ -229,7 +204,6 @@ def _sobol(values: Array, unit: Array, rng: np.random.Generator | None, noise: f
 def _morris(values: Array, unit: Array, rng: np.random.Generator | None, noise: float) -> dict[str, Array]:
     """Mean absolute effect and scatter of effects by SALib, over the range of a factor; a trajectory with a failed point is left out."""
     from SALib.analyze import morris
-
     length = unit.shape[1] + 1
     paths = values.reshape(-1, length)
     keep = np.flatnonzero(np.isfinite(paths).all(axis=1))

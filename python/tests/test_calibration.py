@@ -64,7 +64,7 @@ def test_intervals_of_a_line_are_those_of_the_textbook(own: float) -> None:
         half = 1.95996 * math.sqrt(covariance[k, k])
         assert (value, low, high) == pytest.approx((best[k], best[k] - half, best[k] + half), abs=0.02 * half)
     assert found.freedom == 18 and found.notes == [] and found.case.document["a"] == found.parameters["/a"][0]
-    assert found.to_pandas().shape == (2, 3) and len(found.plot()) == 2
+    assert found.to_pandas().shape == (2, 3) and min(rise for _, rise in found.profiles["/a"]) == 0
 
 
 def test_what_the_data_cannot_fix_is_said() -> None:
@@ -94,8 +94,8 @@ def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
         for name, value in truth.items():
             _, low, high = found.parameters[name]
             held[name] += (low or 0) <= value <= (high or math.inf)
-    # 27 on average, with a standard deviation of 1.6.
-    assert all(23 <= count <= 30 for count in held.values()), held
+    # 27 on average, with a standard deviation of 1.6; of these 30, half the rise of chi-square holds 25 and 26.
+    assert all(27 <= count <= 30 for count in held.values()), held
 
 
 def test_round_trip_of_a_tension_test_with_held_weft_and_a_break() -> None:

@@ -16,7 +16,7 @@ from nbclient import NotebookClient
 FOLDER = Path(__file__).parent.parent / "notebooks"
 #: What the outputs of each hold, as a pattern.
 SHOWN = {
-    "first-shot": r"perforated.*Vr|perforated",
+    "first-shot": r"PERFORATED: leaves at 2\d\d m/s.*did you mean \"mass_g\"",
     "v50": r"as published: V50 \d+",
     "which-parameters-matter": r"16 limits, 16 computed",
     "calibration": r"The data do not fix /fabric/crossover/compression/a_mm between 0.02 and 0.25",

@@ -128,4 +128,4 @@ def test_limit_of_a_real_ply_depends_on_strength_not_on_friction(tmp_path: Path)
     found = study(case, factors, samples=2, folder=tmp_path, cluster=2, progress=False, precision="f32", bracket=0.02)
     assert not found.failed and 0 < found.noise < 0.05 and 70 < found.values.min() < found.values.max() < 130
     assert found.indices[strength]["ST"][0] > 0.5 > 0.2 > found.indices[friction]["ST"][0]
-    assert found.plot().get_xlabel() == "index of v50, parts of its variance" and len(found.plot_points()) == 2
+    assert found.plot().get_xlabel() == "index of v50, parts of its variance"
