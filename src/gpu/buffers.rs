@@ -206,7 +206,7 @@ impl Sizes {
             BufferId::Contacts => [2 * CONTACT_WORDS, meeting],
             BufferId::Shares => [1, meeting],
             BufferId::Impulses => [IMPULSE_FIELDS, meeting],
-            BufferId::Touches => [1, (TOUCH_WORDS * (self.points + self.plies * self.constraints)).max(1)],
+            BufferId::Touches => [1, TOUCH_WORDS * (self.points + self.plies * self.constraints + 1)],
             BufferId::Members => [1, (2 * self.plies * members).max(1)],
             BufferId::Matrix => [1, (self.plies * members * (members + 1) / 2).max(1)],
         }
