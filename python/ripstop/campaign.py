@@ -26,6 +26,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
+from .progress import in_notebook
+
 if TYPE_CHECKING:
     import pandas
 
@@ -357,4 +359,4 @@ def _printer(wanted: bool | None) -> Callable[[str], None]:
             last[0] = time.monotonic()
             print(f"\r{text[:79]:<79}", end="\r", file=sys.stderr, flush=True)
 
-    return show if wanted or (wanted is None and (sys.stderr.isatty() or "ipykernel" in sys.modules)) else lambda text: None
+    return show if wanted or (wanted is None and (sys.stderr.isatty() or in_notebook())) else lambda text: None

@@ -24,6 +24,12 @@ def line(what: str, at: Mapping[str, float | None]) -> str:
     return text + (f", limit {' to '.join(ends)} m/s" if ends else "")
 
 
+def in_notebook() -> bool:
+    """Whether this is the kernel of a notebook."""
+    ipython = sys.modules.get("IPython")
+    return ipython is not None and hasattr(ipython.get_ipython(), "kernel")
+
+
 @contextmanager
 def shown(progress: bool | Receiver | None, what: str) -> Iterator[Receiver | None]:
     """Receiver of progress while a block runs.
@@ -32,7 +38,7 @@ def shown(progress: bool | Receiver | None, what: str) -> Iterator[Receiver | No
     thread, ten times a second at most, with numbers by name: of a run `time_us`, `end_time_us`, `velocity_m_s`, `failed_yarns`, `steps`; of a
     study `done`, `of`, `shots`, `low_m_s`, `high_m_s`. What it raises ends the work.
     """
-    if callable(progress) or progress is False or not (progress or sys.stderr.isatty() or "ipykernel" in sys.modules):
+    if callable(progress) or progress is False or not (progress or sys.stderr.isatty() or in_notebook()):
         yield progress if callable(progress) else None
         return
     start = time.monotonic()
