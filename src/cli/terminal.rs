@@ -262,7 +262,7 @@ pub(crate) fn show_run(name: &str, at: &Progress) {
     let message = format!("{time:.0}/{end:.0} µs  {:.1} m/s  {} yarns failed", at.velocity, at.failed);
     show_progress(name, &message, at.velocity, |seconds, first| {
         // The first look measures nothing.
-        let rate = (seconds > 0.2).then(|| at.steps as f64 * at.elements as f64 / seconds / 1e6);
+        let rate = (seconds > 0.05).then(|| at.steps as f64 * at.elements as f64 / seconds / 1e6);
         let rate = rate.map_or_else(String::new, |rate| format!("  {rate:.1} M/s"));
         // A run ends once the projectile has stopped, at the deceleration so far, or at its end time.
         let stop = at.time * at.velocity / (first - at.velocity);

@@ -120,12 +120,12 @@ pub(super) fn on_a_terminal(bench: &Bench, columns: usize, arguments: &str, envi
 #[cfg(target_os = "linux")]
 fn a_terminal_shows_bar_and_colour_unless_they_are_not_wanted() {
     // Long enough for the bar to be drawn, ten times a second.
-    let mut case = small_with("/solver/end_time_us", json!(1500));
+    let mut case = small_with("/solver/end_time_us", json!(4000));
     case["solver"]["run_until"] = json!("end_time");
     let bench = Bench::new(&case);
     let run = "run shot.json --backend cpu --threads 1";
     let shown = on_a_terminal(&bench, 100, run, "");
-    for part in ["/1500 µs", " m/s", " yarns failed", " M/s", " left", "\u{1b}[1m", "PERFORATED"] {
+    for part in ["/4000 µs", " m/s", " yarns failed", " M/s", " left", "\u{1b}[1m", "PERFORATED"] {
         assert!(shown.contains(part), "{part:?} in\n{shown:?}");
     }
     for off in ["NO_COLOR=1", "CLICOLOR=0"] {
