@@ -5,6 +5,7 @@ use std::io::{self, BufRead, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use ripstop::output::number::short;
 use ripstop::{case, output};
 use serde_json::{Map, Number, Value, json};
 
@@ -71,9 +72,6 @@ pub(crate) fn new(arguments: &NewArguments) -> Result<(), CommandFailure> {
         let found = format!("{velocity:?}");
         CommandFailure::expected("--velocity", "a number in m/s, or with its unit, such as \"510 ft/s\"", found)
     })?;
-    let velocity = projectile["velocity_m_s"]
-        .as_str()
-        .map_or_else(|| format!("{} m/s", projectile["velocity_m_s"]), str::to_owned);
     projectile["friction"] = json!(0.2);
     let chosen = json!("chosen with `ripstop new`");
     sources.insert("/pack".to_owned(), chosen.clone());
@@ -81,8 +79,8 @@ pub(crate) fn new(arguments: &NewArguments) -> Result<(), CommandFailure> {
     sources.insert("/projectile/velocity_m_s".to_owned(), chosen);
     sources.insert("/projectile/friction".to_owned(), json!("assumed: not published"));
     let count = if *plies == Number::from(1) { "1 ply".to_owned() } else { format!("{plies} plies") };
-    let title = format!("{fabric_name}, {count}, {what} at {velocity}");
-    let document = json!({
+    let mut title = format!("{fabric_name}, {count}, {what}");
+    let mut document = json!({
         "$schema": SCHEMA,
         "title": title,
         "notes": NOTES,
@@ -92,10 +90,13 @@ pub(crate) fn new(arguments: &NewArguments) -> Result<(), CommandFailure> {
         "output": { "history_interval_us": 0.5, "profile_times_us": [20, 40, 60, 80, 100] },
         "sources": sources,
     });
-    let text = format!("{document:#}\n");
     let name = file.display().to_string();
     let folder = file.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
-    case::from_str(&name, &text, &[])?;
+    // In m/s whatever the unit of the answer: so changes of the velocity find it.
+    let velocity = case::from_str(&name, &document.to_string(), &[])?.projectile.map_or(0.0, |body| body.velocity);
+    title += &format!(" at {} m/s", short(velocity, 6));
+    document["title"] = json!(title);
+    let text = format!("{document:#}\n");
     for (path, text) in [(&folder.join(SCHEMA), format!("{:#}\n", case::schema())), (file, text)] {
         let refused = |error| CommandFailure::expected(path.display(), "a file that can be written", error);
         output::write_whole(path, |file| file.write_all(text.as_bytes())).map_err(refused)?;

@@ -53,6 +53,11 @@ fn a_fabric_from_a_file_comes_with_its_sources() {
     assert_eq!(case.title, "Mine, 1 ply, RCC at 200 m/s");
     let crimp = case.fields.iter().find(|field| field.pointer == "/fabric/warp/crimp").unwrap();
     assert!(crimp.assumed && crimp.source.contains("Table I"), "{crimp:?}");
+    // A title keeps no velocity but that of its shot, whatever the unit of that.
+    assert_eq!(code(&bench.ripstop(&["new", "y.json", "--velocity", "500 ft/s"])), 0);
+    let title = case::read(&bench.path("y.json"), &[]).unwrap().title;
+    assert!(title.ends_with(" at 152.4 m/s"), "{title}");
+    assert!(case::with_velocity(&title, Some(90.0)).ends_with(" at 90 m/s"), "{title}");
 }
 
 #[test]
