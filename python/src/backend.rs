@@ -73,16 +73,15 @@ fn opened(auto: bool, name: Option<&str>) -> PyResult<Option<Arc<Device>>> {
     if let Some(found) = known.get(&key) {
         return Ok(found.clone());
     }
-    let is_wanted = |adapter: &gpu::Adapter| !auto || name.is_some() || adapter.is_hardware();
-    let found = match gpu::device::choose(&gpu::adapters(), name) {
-        Ok(adapter) if !is_wanted(&adapter) => Ok(None),
-        Ok(adapter) => match Device::open(&adapter) {
-            Err(_) if auto => Ok(None),
-            opened => opened.map(|device| Some(Arc::new(device))),
-        },
-        Err(_) if auto && name.is_none() => Ok(None),
-        Err(error) => Err(error),
+    let adapters = gpu::adapters();
+    let adapter = match name {
+        None if auto => Ok(gpu::device::automatic(&adapters).ok().cloned()),
+        _ => gpu::device::choose(&adapters, name).map(Some),
     };
+    let found = adapter.and_then(|adapter| match adapter.map(|adapter| Device::open(&adapter)).transpose() {
+        Err(_) if auto => Ok(None),
+        opened => opened.map(|device| device.map(Arc::new)),
+    });
     let found = found.map_err(|error| no_device(&error))?;
     known.insert(key, found.clone());
     Ok(found)

@@ -56,7 +56,7 @@ impl Case {
         self.changed(&sets)
     }
 
-    /// What [`Case::parse`] takes.
+    /// Arguments of [`Case::parse`] that give this case again.
     fn parts(&self) -> (String, String, PathBuf, Vec<String>) {
         (self.base.name.clone(), self.base.as_run.to_string(), self.base.path.clone(), self.sets.clone())
     }

@@ -51,14 +51,7 @@ pub(crate) fn arguments<'a, T: serde::Deserialize<'a>>(text: &'a str) -> PyResul
 
 /// Failure of a device, in the words of the command line.
 pub(crate) fn no_device(error: &ripstop::DeviceError) -> PyErr {
-    let known = match error {
-        ripstop::DeviceError::NoSuchAdapter { found, .. } => format!("; there are: {}", found.join(", ")),
-        _ => String::new(),
-    };
-    DeviceError::new_err(format!(
-        "error: --backend gpu\n  expected: a graphics adapter with Vulkan, Metal or DirectX 12 that can compute this\n  found: \
-         {error}{known}\n  help: take --backend cpu; `ripstop info CASE` lists adapters, and the memory that a case needs"
-    ))
+    DeviceError::new_err(error.refusal().to_string())
 }
 
 /// Failure of a run that did not start.

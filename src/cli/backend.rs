@@ -1,6 +1,7 @@
 //! Choice between processor and graphics processor.
 
-use ripstop::gpu::{self, Adapter, Device, DeviceError};
+use ripstop::gpu::device::automatic;
+use ripstop::gpu::{self, Device, DeviceError};
 use ripstop::run::checkpoint::BackendId;
 use ripstop::run::{self, Precision};
 
@@ -24,15 +25,6 @@ impl Chosen {
     /// Options of a run on it.
     pub(crate) fn options(&self, threads: Option<usize>) -> run::Options<'_> {
         run::Options::default().threads(threads).precision(self.precision).device(self.device.as_ref())
-    }
-}
-
-/// Adapter that `auto` takes, or why none.
-pub(crate) fn automatic(adapters: &[Adapter]) -> Result<&Adapter, &'static str> {
-    match adapters.first() {
-        Some(best) if best.is_hardware() => Ok(best),
-        Some(_) => Err("only software adapters were found"),
-        None => Err("no graphics adapter was found"),
     }
 }
 

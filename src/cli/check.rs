@@ -22,8 +22,8 @@ use sysinfo::{CpuRefreshKind, MemoryRefreshKind, RefreshKind, System};
 
 use super::arguments::{Arguments, Stretches, read};
 use super::failure::CommandFailure;
+use super::result;
 use super::terminal::{self, Align, TextTable, part};
-use super::{backend, result};
 
 /// Points in one grid of stretches at most.
 const MAX_POINTS: usize = 1_000_000;
@@ -242,7 +242,7 @@ pub(crate) fn info(case: Option<&Path>) -> Result<(), CommandFailure> {
         let what = format!("{}, {}, {}, buffers up to {limit}", adapter.name(), adapter.kind(), adapter.driver());
         table.row([format!("adapter {number}"), what]);
     }
-    let automatic = match backend::automatic(&adapters) {
+    let automatic = match gpu::device::automatic(&adapters) {
         Ok(adapter) => format!("gpu, {}", adapter.name()),
         Err(why) => format!("cpu, because {why}"),
     };

@@ -73,14 +73,7 @@ impl CommandFailure {
 
     /// Exit code 3: no device, or one that cannot hold the case or was lost.
     pub(crate) fn device(error: &DeviceError) -> Self {
-        let known = match error {
-            DeviceError::NoSuchAdapter { found, .. } => format!("; there are: {}", found.join(", ")),
-            _ => String::new(),
-        };
-        let expected = "a graphics adapter with Vulkan, Metal or DirectX 12 that can compute this";
-        let failure = Self::expected("--backend gpu", expected, format!("{error}{known}"));
-        let help = "take --backend cpu; `ripstop info CASE` lists adapters, and the memory that a case needs";
-        Self { code: 3, ..failure.help(help) }
+        Self { code: 3, ..error.refusal().into() }
     }
 }
 

@@ -64,6 +64,18 @@ pub fn adapters() -> Vec<Adapter> {
     adapters
 }
 
+/// Adapter that `auto` takes of those found, or why none.
+///
+/// # Errors
+/// When there is no real one.
+pub fn automatic(adapters: &[Adapter]) -> Result<&Adapter, &'static str> {
+    match adapters.first() {
+        Some(best) if best.is_hardware() => Ok(best),
+        Some(_) => Err("only software adapters were found"),
+        None => Err("no graphics adapter was found"),
+    }
+}
+
 /// The adapter of that name (or part of it, whatever the case) or number, or the best one.
 ///
 /// # Errors

@@ -33,6 +33,8 @@ mod transfer;
 
 pub use device::{Adapter, Device, adapters};
 
+use crate::case::CaseError;
+
 /// Reason why no device computes.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
@@ -103,4 +105,18 @@ pub enum DeviceError {
         /// Words of the driver.
         reason: String,
     },
+}
+
+impl DeviceError {
+    /// Refusal of a device that was asked for, with what to do.
+    #[doc(hidden)]
+    pub fn refusal(&self) -> CaseError {
+        let known = match self {
+            Self::NoSuchAdapter { found, .. } => format!("; there are: {}", found.join(", ")),
+            _ => String::new(),
+        };
+        let expected = "a graphics adapter with Vulkan, Metal or DirectX 12 that can compute this";
+        let help = "take --backend cpu; `ripstop info CASE` lists adapters, and the memory that a case needs";
+        CaseError::new("--backend gpu", "", expected, format!("{self}{known}"), help)
+    }
 }
