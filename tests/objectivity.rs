@@ -159,13 +159,14 @@ fn a_pack_lets_a_projectile_out_as_fast_with_a_finer_mesh() {
         assert_eq!(run.outcome, Outcome::Perforated, "{sets:?}");
         run.history.last().unwrap().projectile_velocity
     };
-    // Four and eight elements a crossover. One velocity alone scatters by 1.6 %, the mean of nine by a third of that.
+    // Four and eight elements a crossover. Nine velocities from 340 to 420 m/s gave 0.984 to 0.998, 0.992 in the mean.
     let ratio = |velocity| {
         let [coarse, fine] = ["/solver/accuracy=default", "/solver/accuracy=converged"].map(|of| left(of, velocity));
         coarse / fine
     };
-    let mean = (340..=420).step_by(10).map(ratio).sum::<f64>() / 9.0;
-    assert!((mean - 1.0).abs() < 0.02, "{mean}");
+    for ratio in [360, 400].map(ratio) {
+        assert!((ratio - 1.0).abs() < 0.02, "{ratio}");
+    }
 }
 
 #[test]

@@ -9,8 +9,8 @@ use super::shader::{Access, Kernel};
 use super::stepper::BATCH;
 use crate::model::Model;
 
-/// Compiled kernels that a device keeps at most: some scenes of eight.
-const KEPT: usize = 64;
+/// Compiled kernels that a device keeps at most: scenes of eight that share most of them.
+const KEPT: usize = 256;
 const UNIFORM: wgpu::BufferUsages = wgpu::BufferUsages::UNIFORM;
 
 /// Group 0: constants of a ply type, step, plies, grid lines, energy of a law, and shots.
@@ -177,8 +177,7 @@ impl Pipeline {
                 cache: None,
             })
         };
-        // A constant that the source declares and never uses changes nothing.
-        let used = constants.iter().filter(|(name, _)| source.matches(name).count() > 1);
+        let used = constants.iter().filter(|(name, _)| kernel.constants.contains(name));
         let values = used.map(|(_, value)| value.to_bits()).collect();
         let mut compiled = device.compiled();
         if compiled.len() >= KEPT {

@@ -67,14 +67,16 @@ pub struct Kernel {
     pub extent: Extent,
     /// The kernel, then what it shares with others: line numbers of the kernel stay right.
     pub sources: &'static [&'static str],
+    /// Overridable constants that its code reads. Scenes that agree in them share the compiled kernel.
+    pub constants: &'static [&'static str],
     /// Bindings of group 1 in order; group 0 is the scene, the step, the plies, their grid lines and the shots.
     pub bindings: &'static [(BufferId, Access)],
 }
 
-/// Kernels: stage, name, extent, sources besides the kernel's own, and bindings. Every source ends with the pack, its grid lines, the shot, the scene
-/// and numbers.
+/// Kernels: stage, name, extent, sources besides the kernel's own, constants, and bindings. Every source ends with the pack, its grid lines, the
+/// shot, the scene and numbers.
 macro_rules! kernels {
-    ($($stage:ident $name:literal $extent:ident [$($source:literal),+] {$($id:ident $access:ident),+};)+) => {
+    ($($stage:ident $name:literal $extent:ident [$($source:literal),+] ($($constant:ident)+) {$($id:ident $access:ident),+};)+) => {
         [$(Kernel {
             name: $name,
             stage: Stage::$stage,
@@ -88,6 +90,7 @@ macro_rules! kernels {
                 include_str!("../../shaders/scene.wgsl"),
                 include_str!("../../shaders/scalar.wgsl"),
             ],
+            constants: &[$(stringify!($constant)),+],
             bindings: &[$((BufferId::$id, Access::$access)),+],
         }),+]
     };
@@ -100,34 +103,41 @@ pub const KERNELS: [Kernel; 8] = kernels! {
         ["element_force", "node_update", "kinematics", "membrane", "failure", "crossover", "coupled_newton",
          "yarn_law", "yarn_curve", "arc_length", "shear", "cells", "sums", "supports", "projectile_shape", "rigid_body",
          "active_region"]
+        (VARIATIONAL PIVOT TERMS COMPRESSION CURVE SHEAR VISCOUS STRENGTH PROJECTILE EDGES GRADED FRAME BACKING TILE_ROWS)
         {Nodes Write, Cells Write, Tiles Write, Status Write, Events Write, Supports Write, Body Read,
          Candidates Write};
     // Contacts between plies, and their number at each node.
     Plies "ply_search" Nodes
         ["ply_contact", "ply_view", "cells", "active_region"]
+        (SHARE_UNIT GRADED)
         {Nodes Read, Cells Read, Over Write, Contacts Write, Shares Write, Status Write};
     // Impulses of the contacts between plies.
     Plies "ply_impulse" Nodes
         ["ply_contact", "ply_view"]
+        (SHARE_UNIT GRADED FRAME)
         {Nodes Read, Over Read, Contacts Read, Shares Read, Impulses Write, ContactWork Write, Status Write};
     // Impulses of contact between plies, applied to the nodes.
     Plies "ply_move" Nodes
         ["ply_view", "kinematics", "cells", "supports", "active_region"]
+        (VISCOUS GRADED FRAME BACKING)
         {Nodes Write, Cells Read, Shares Write, Impulses Write, ContactWork Write, Supports Write, Status Write};
     // Places where the projectile may touch.
     Projectile "projectile_points" Shot
         ["projectile_motion", "contact_candidates", "cells", "projectile_shape", "rigid_body",
          "active_region"]
+        (EDGES PLIES GRADED FRAME WIDTH)
         {Nodes Read, Cells Read, Status Write, Body Write, Candidates Write, Points Write, Over Read, Touches Write};
     // Contact at those places, and motion of the projectile.
     Projectile "projectile_contact" Shot
         ["edge_contact", "projectile_motion", "rigid_body", "active_region"]
+        (ROUNDOFF_TOLERANCE FRICTION EDGES ROTATION GRADED FRAME BACKING WIDTH)
         {Nodes Write, Status Write, Body Write, Points Write, Touches Write, Members Write, Matrix Write};
     // Tensions and loads of yarns.
-    EnergyBalance "yarn_load" Elements ["failure", "yarn_curve", "cells", "sums"] {Nodes Read, Cells Read, Tiles Write};
+    EnergyBalance "yarn_load" Elements ["failure", "yarn_curve", "cells", "sums"] (CURVE STRENGTH GRADED FRAME TILE_ROWS) {Nodes Read, Cells Read, Tiles Write};
     // Sums of energy, momentum and counts.
     EnergyBalance "energy_balance" Balance
         ["cells", "sums", "projectile_shape", "rigid_body"]
+        (WITHIN PROJECTILE PLIES GRADED FRAME BACKING TILE_ROWS)
         {Nodes Write, Cells Read, Tiles Write, ContactWork Write, Supports Write, Body Write, Status Write,
          Samples Write};
 };

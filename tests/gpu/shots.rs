@@ -175,17 +175,16 @@ fn graded(sets: &[&str]) -> Case {
     builtin("cases/s720-1ply-155.json", &[&size[..], &mesh, &shot, &run, sets].concat())
 }
 
-/// Fine graded meshes. The finer the elements the thinner the projectile: llvmpipe ends every loop of a kernel after 65 535 turns of all of
-/// them, which solves of more points at an edge exceed.
-fn finer(elements: u32, sets: &[&str]) -> Case {
-    let scale = f64::from(elements);
+/// Two elements a crossover, and half the projectile: llvmpipe ends every loop of a kernel after 65 535 turns of all of them, which solves of
+/// more points at an edge exceed.
+fn finer(sets: &[&str]) -> Case {
     let own = [
-        format!("/pack/elements_per_crossover={elements}"),
-        format!("/pack/mesh_grading={{\"fine_radius_mm\":{},\"growth_ratio\":1.3}}", 5.0 / scale),
-        format!("/projectile/diameter_mm={}", 5.5 / scale),
-        format!("/solver/end_time_us={}", [9, 6, 3, 3][elements as usize - 1]),
+        "/pack/elements_per_crossover=2",
+        "/pack/mesh_grading={\"fine_radius_mm\":2.5,\"growth_ratio\":1.3}",
+        "/projectile/diameter_mm=2.75",
+        "/solver/end_time_us=6",
     ];
-    graded(&[&own.each_ref().map(String::as_str)[..], sets].concat())
+    graded(&[&own[..], sets].concat())
 }
 
 /// A small ply and a small pack, one ply turned, that tear.
@@ -208,10 +207,8 @@ fn scenes() -> Vec<(String, Case, [usize; 2], f64)> {
     )];
     all.extend(torn().map(|case| (format!("edges, {} plies", case.pack.plies), case, [1, 20], 5e-3)));
     all.extend(PACKS.map(|(name, pack)| (name.to_owned(), packed(pack, &[]), [8, 0], 5e-3)));
-    for elements in [1, 2, 4] {
-        for sets in [&[][..], &[ASIDE, EDGES], &PAIR, &[PAIR[0], PAIR[1], ASIDE, EDGES]] {
-            all.push((format!("graded, {elements} per crossover, {sets:?}"), finer(elements, sets), [8, 4], 5e-3));
-        }
+    for sets in [&[][..], &[ASIDE, EDGES], &PAIR, &[PAIR[0], PAIR[1], ASIDE, EDGES]] {
+        all.push((format!("graded, {sets:?}"), finer(sets), [8, 4], 5e-3));
     }
     all
 }
@@ -273,12 +270,11 @@ fn same_bits(device: &'static Device) -> Outcome {
         (graded(&[ASIDE]), &[7], 0.0),
         (graded(&[PAIR[0], PAIR[1], ASIDE, EDGES]), &[7], 0.0),
     ];
-    scenes.extend(PACKS.map(|(_, pack)| (packed(pack, &[]), &[1, 7, 64][..], 0.0)));
     let window = "/pack/window={\"diameter_mm\":48}";
     let wider = |pack: &[&str]| {
         if pack[0].contains("window") { packed(pack, &[&wide[..], &[window]].concat()) } else { packed(pack, &wide) }
     };
-    scenes.extend(PACKS.map(|(_, pack)| (wider(pack), &[][..], 0.3)));
+    scenes.extend(PACKS.map(|(_, pack)| (wider(pack), &[7][..], 0.3)));
     for (case, lengths, rest) in scenes {
         let once = run_on(device, &case);
         assert!(once.events.len() > 10 || rest > 0.0, "{}", once.events.len());
@@ -301,7 +297,7 @@ fn same_bits(device: &'static Device) -> Outcome {
 
 /// Halves and quarters of scenes; after the first ones with contact at edges, and in graded meshes, where yarns break.
 fn parts(device: &'static Device) -> Outcome {
-    const NODES: usize = 4;
+    const NODES: usize = 3;
     let size = ["/pack/width_mm=30.48", "/pack/height_mm=25.4", "/expect=[]", "/output/profile_times_us=[]"];
     let shot =
         ["/projectile/length_mm=8", "/projectile/mass_g=1", "/projectile/velocity_m_s=200", "/solver/end_time_us=9"];
@@ -310,7 +306,6 @@ fn parts(device: &'static Device) -> Outcome {
     let scenes = [
         (small(&[]), 4),
         (small(&["/projectile/offset_mm=[2.54,0]"]), 2),
-        (small(&oblique), 2),
         (small(&PAIR), 4),
         (small(&["/backing={}"]), 4),
         (small(&[oblique[0], oblique[1], EDGES]), 2),
@@ -318,7 +313,6 @@ fn parts(device: &'static Device) -> Outcome {
         (graded(&[]), 4),
         (graded(&PAIR), 4),
         (graded(&[EDGES]), 4),
-        (graded(&["/projectile/offset_mm=[3.81,0]"]), 2),
     ];
     let mut wrong = Vec::new();
     for (number, (case, copies)) in scenes.into_iter().enumerate() {

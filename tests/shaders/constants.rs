@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::mem::offset_of;
 
 use naga::Module;
+use naga::compact::{KeepUnused, compact};
 use ripstop::gpu::buffers::Sizes;
 use ripstop::gpu::{layout, shader};
 use ripstop::model::law_energy;
@@ -155,6 +156,12 @@ fn overridable_constants_are_those_the_host_sets() {
     for (kernel, module) in modules() {
         let found: BTreeSet<_> = module.overrides.iter().filter_map(|(_, o)| o.name.clone()).collect();
         assert_eq!(found, set, "{kernel}");
+    }
+    // What is left of them where unreachable code is taken out.
+    for (kernel, (_, mut module)) in shader::KERNELS.iter().zip(modules()) {
+        compact(&mut module, KeepUnused::No);
+        let used: BTreeSet<_> = module.overrides.iter().filter_map(|(_, o)| o.name.as_deref()).collect();
+        assert_eq!(used, kernel.constants.iter().copied().collect(), "{}", kernel.name);
     }
     for (_, module) in modules() {
         let terms = module.overrides.iter().find(|(_, o)| o.name.as_deref() == Some("TERMS"));
