@@ -272,7 +272,7 @@ fn bench_ends_at_ctrl_c_with_what_was_measured() {
 #[test]
 fn verify_has_a_row_for_each_expectation_of_each_case() {
     let bench = Bench::new(&small());
-    let output = bench.ripstop(&["verify", "--backend", "cpu", "--precision", "f32", "--json"]);
+    let output = bench.ripstop(&["verify", "--backend", "cpu", "--json"]);
     assert_eq!((code(&output), stderr(&output)), (0, String::new()));
     let report: Value = serde_json::from_str(&stdout(&output)).unwrap();
     let rows = report["rows"].as_array().unwrap();
@@ -284,7 +284,7 @@ fn verify_has_a_row_for_each_expectation_of_each_case() {
             let case: Value = serde_json::from_str(&text).unwrap();
             let of_case: Vec<&Value> = rows.iter().filter(|row| row["name"] == *name).collect();
             let stated: Vec<&Value> = case["expect"].as_array().unwrap().iter().collect();
-            assert_eq!(quantities(&of_case), quantities(&stated), "{name}");
+            assert!(!stated.is_empty() && quantities(&of_case) == quantities(&stated), "{name}: {of_case:?}");
         }
     }
 }
