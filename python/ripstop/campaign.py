@@ -13,6 +13,7 @@ import io
 import json
 import os
 import secrets
+import signal
 import socket
 import sys
 import tempfile
@@ -244,7 +245,10 @@ def _connect(cluster: Any, stack: ExitStack) -> Any:
         return cluster
     stack.enter_context(dask.config.set(DASK))
     if isinstance(cluster, Mapping):
+        interrupt = signal.getsignal(signal.SIGINT)
         from dask_jobqueue.slurm import SLURMCluster
+        if signal.getsignal(signal.SIGINT) != interrupt:
+            signal.signal(signal.SIGINT, interrupt)  # the import lets Ctrl-C end the interpreter
         keywords = {"cores": 1, "processes": 1, "memory": "4GB", **cluster}
         workers = keywords.pop("jobs", 1) * keywords["processes"]
         cluster = stack.enter_context(SLURMCluster(**keywords))

@@ -6,12 +6,15 @@ import json
 import os
 from collections.abc import Iterable, Mapping
 from functools import lru_cache
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from . import _ripstop, studies
 from .errors import among, failed, refusal, within
 from .progress import Receiver, shown
 from .run import Run
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 PARTS = ("pack", "projectile", "solver", "output")  #: Parts of a case whose keys may be keywords.
 
@@ -147,7 +150,7 @@ class Case:
             raise failed(failure, run, f"interrupted at {run.time_us:.4g} µs; `result` holds the results up to there")
         return run
 
-    def shots(self, count: int = 1, *, velocity_m_s: tuple[float, float] | None = None, **options: Any) -> studies.Shots:
+    def shots(self, count: int = 1, *, velocity_m_s: tuple[float, float] | None = None, **options: Unpack[studies.Options]) -> studies.Shots:
         """Many shots, each with its own draws of /variability, as `ripstop shots`.
 
         `velocity_m_s`: ends of the range that impact velocities are spread over evenly; that of the case without. `options`: see
@@ -160,8 +163,9 @@ class Case:
         return studies.study(studies.Shots, self.handle, request, **options)
 
     def v50(
-        self, count: int | None = None, *, until_width: float | None = None, bracket: float = 0.005, refined: int | None = None, **options: Any
-    ) -> studies.V50:
+        self, count: int | None = None, *, until_width: float | None = None, bracket: float = 0.005, refined: int | None = None,
+        **options: Unpack[studies.Options],
+    ) -> studies.V50:  # fmt: skip
         """Velocity at which half of all shots perforate, with its interval, as `ripstop v50`.
 
         `count`: realisations at most, 64 without. `until_width`: stop once half the interval is at most this part of V50; 0.02 without `count`.
@@ -175,7 +179,7 @@ class Case:
 
     def sweep(
         self, over: Mapping[str, Iterable[Any]], *, run: Literal["shots", "v50"] = "shots", count: int | None = None,
-        until_width: float | None = None, bracket: float = 0.005, **options: Any,
+        until_width: float | None = None, bracket: float = 0.005, **options: Unpack[studies.Options],
     ) -> studies.Sweep:  # fmt: skip
         """Shots or a V50 at every point of a grid, as `ripstop sweep`.
 

@@ -10,7 +10,7 @@ import tempfile
 from collections.abc import Iterable, Mapping
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, TypedDict, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -75,6 +75,20 @@ class Fit(Result):
 
 
 S = TypeVar("S", bound=Study)
+
+
+class Options(TypedDict, total=False):
+    """Options of every study, see `study`."""
+
+    seed: int | None
+    level: float
+    backend: Literal["auto", "cpu", "gpu"]
+    adapter: str | None
+    precision: Literal["f64", "f32"] | None
+    threads: int | None
+    out: Place | None
+    resume: bool
+    progress: bool | Receiver | None
 
 
 def study(

@@ -240,3 +240,4 @@ def test_slurm_by_dask_jobqueue(undisturbed: Path, tmp_path: Path, monkeypatch: 
     queue = {"queue": "gpu", "jobs": 1, "memory": "1GB", "job_extra_directives": ["--gres=gpu:1"], "scheduler_options": {"dashboard_address": ":0"}}
     done = campaign(plan(), tmp_path, queue, progress=False, compute=burn)
     assert done.table.read_bytes() == undisturbed.read_bytes()
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler, "Ctrl-C would end the interpreter"
