@@ -133,7 +133,10 @@ pub const KERNELS: [Kernel; 8] = kernels! {
         (ROUNDOFF_TOLERANCE FRICTION EDGES ROTATION GRADED FRAME BACKING WIDTH)
         {Nodes Write, Status Write, Body Write, Points Write, Touches Write, Members Write, Matrix Write};
     // Tensions and loads of yarns.
-    EnergyBalance "yarn_load" Elements ["failure", "yarn_curve", "cells", "sums"] (CURVE STRENGTH GRADED FRAME TILE_ROWS) {Nodes Read, Cells Read, Tiles Write};
+    EnergyBalance "yarn_load" Elements
+        ["failure", "yarn_curve", "cells", "sums"]
+        (CURVE STRENGTH GRADED FRAME TILE_ROWS)
+        {Nodes Read, Cells Read, Tiles Write};
     // Sums of energy, momentum and counts.
     EnergyBalance "energy_balance" Balance
         ["cells", "sums", "projectile_shape", "rigid_body"]

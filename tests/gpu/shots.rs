@@ -302,13 +302,12 @@ fn parts(device: &'static Device) -> Outcome {
     let shot =
         ["/projectile/length_mm=8", "/projectile/mass_g=1", "/projectile/velocity_m_s=200", "/solver/end_time_us=9"];
     let small = |sets: &[&str]| builtin("cases/s720-1ply-155.json", &[&size[..], &shot, sets].concat());
-    let oblique = ["/projectile/obliquity_deg=20", "/projectile/azimuth_deg=90"];
     let scenes = [
         (small(&[]), 4),
         (small(&["/projectile/offset_mm=[2.54,0]"]), 2),
         (small(&PAIR), 4),
         (small(&["/backing={}"]), 4),
-        (small(&[oblique[0], oblique[1], EDGES]), 2),
+        (small(&["/projectile/obliquity_deg=20", "/projectile/azimuth_deg=90", EDGES]), 2),
         (small(&[PAIR[0], PAIR[1], EDGES]), 4),
         (graded(&[]), 4),
         (graded(&PAIR), 4),
