@@ -5,6 +5,7 @@
 //! Red when: a sign of an impulse is wrong, the target of the common velocity misses the gap, friction exceeds μN, impulses on the
 //! body differ from those on the nodes.
 
+mod broad_phase;
 mod plies;
 mod projectile;
 

@@ -4,18 +4,22 @@
 //! weft exchanged; a part of a window is the whole; what is clamped holds, and what is cut loose does not.
 //! Red when: an element outside the opening pulls, a node at its edge is free or has a wrong mass, a clamp moves.
 
-use ripstop::case::{self, Case, Opening};
+use ripstop::Sample;
+use ripstop::case::{self, Case, Opening, Shape};
 use ripstop::model::Model;
+use ripstop::output::checks::{Level, checks};
 use ripstop::output::expect::frequency;
-use ripstop::output::{self, Breakage, checks};
+use ripstop::output::{self, Breakage};
 use ripstop::run::outcome::{Outcome, covered, is_held};
 use ripstop::run::{Simulation, Skips};
+use ripstop::solver::FailureEvent;
 use ripstop::solver::element_totals::field as element;
 use ripstop::solver::node_update::field as node;
 
 use crate::scene::{builtin, finish, run, shipped};
 
 const ROUND: &str = "cases/verify/turned-in-window.json";
+const PAPER: &str = "cases/s720-1ply-155.json";
 const SWAP: &str = "cases/verify/turned-swap.json";
 
 fn models(case: &Case) -> [Model<f64>; 2] {
@@ -181,7 +185,7 @@ fn outcomes_see_the_window() {
     let run = run(&case);
     let broken = Breakage::of(&case, &run);
     assert!(broken.at_edges > broken.at_hit && broken.is_torn_off(), "{broken:?}");
-    let warnings = checks::warnings(&case, &checks::checks(&case, &run));
+    let warnings = output::checks::warnings(&case, &checks(&case, &run));
     assert!(warnings.iter().any(|warning| warning.kind.name == "torn-off"), "{warnings:?}");
     // A wide body, whose covering yarns end at the rim, is held.
     let slow = ["/projectile/diameter_mm=40", "/projectile/mass_g=60", "/projectile/velocity_m_s=5", "/expect=[]"];
@@ -191,6 +195,66 @@ fn outcomes_see_the_window() {
     assert!(run.frame_share < 1.0);
 }
 
+#[test]
+fn fabric_that_tears_off_its_frame_before_it_breaks_at_the_hit_is_warned_of() {
+    let sets = ["/pack/width_mm=30", "/pack/height_mm=30", "/solver/end_time_us=1", "/expect=[]"];
+    let case = builtin(PAPER, &sets);
+    let run = run(&case);
+    let middle = [case.pack.mesh.count[0] as u32 / 2, case.pack.mesh.count[1] as u32 / 2];
+    // Yarns by the last digit of the step.
+    let hit = |step: u64| {
+        let j = middle[1] - 4 + (step % 10) as u32;
+        let mut event = FailureEvent::default();
+        (event.step, event.i, event.j, event.strain) = (step, middle[0], j, 0.04);
+        event
+    };
+    let edge = |step| {
+        let mut event = hit(step);
+        event.i = 0;
+        event
+    };
+    let struck = |diameter: f64, outcome: Outcome, events: &[FailureEvent]| {
+        let (mut case, mut run) = (case.clone(), run.clone());
+        (run.outcome, run.events) = (outcome, events.to_vec());
+        // It loses half before the third step, the rest, but for a thousandth, by the end of the sixth.
+        let lost = [(0, 0.0), (3, 0.5), (6, 0.999), (20, 1.0)];
+        let row = |(step, share)| {
+            let mut sample = Sample::default();
+            sample.time = f64::from(step) * run.time_step;
+            sample.balance.projectile = run.impact_energy * (1.0 - share);
+            sample
+        };
+        run.history = lost.map(row).into();
+        case.projectile.as_mut().unwrap().shape = Shape::Sphere { diameter };
+        let check = checks(&case, &run).into_iter().find(|check| check.name == "broken at the edges").unwrap();
+        let warned = check.warning.is_some_and(|warning| warning.kind.code == "W8");
+        assert_eq!(check.level, if warned { Level::Look } else { Level::Fine });
+        (warned, check.value)
+    };
+    let with = |outcome, events: &[FailureEvent]| struck(5.5e-3, outcome, events);
+    assert_eq!(with(Outcome::Stopped, &[]), (false, "0".to_owned()));
+    assert_eq!(with(Outcome::Stopped, &[hit(1), edge(2)]), (false, "1".to_owned()));
+    assert_eq!(with(Outcome::Stopped, &[hit(1), edge(2), edge(3)]), (true, "2".to_owned()));
+    // What breaks behind a projectile that is through decides nothing.
+    assert_eq!(with(Outcome::Perforated, &[hit(1), edge(7), edge(8)]), (false, "0".to_owned()));
+    assert_eq!(with(Outcome::Perforated, &[edge(2), edge(3), hit(4), edge(7)]), (true, "2".to_owned()));
+    // Cloth that broke only at the clamps, and first at the clamps.
+    assert_eq!(with(Outcome::Perforated, &[edge(2), edge(3)]), (true, "2".to_owned()));
+    assert_eq!(with(Outcome::Perforated, &[edge(1), hit(2), hit(3)]), (true, "1".to_owned()));
+    // One yarn that broke in many places is one, and broke where it broke first.
+    assert_eq!(with(Outcome::Stopped, &[hit(1), hit(2), edge(11), edge(12), edge(21)]), (false, "0".to_owned()));
+    // Whatever the projectile's size, an edge is not at the hit, nor the hit at an edge.
+    for diameter in [0.5e-3, 2e-3, 20e-3, 60e-3, 1.0] {
+        assert!(struck(diameter, Outcome::Stopped, &[edge(1), hit(2)]).0, "{diameter}");
+        assert_eq!(struck(diameter, Outcome::Stopped, &[hit(4), edge(1)]), (false, "1".to_owned()), "{diameter}");
+    }
+    // No frame is there to tear off where a side is free.
+    let free = builtin(PAPER, &[&sets[..], &[r#"/pack/edges={"left": "free"}"#]].concat());
+    let mut run = run;
+    run.events = vec![hit(1), edge(2), edge(3)];
+    let broken = Breakage::of(&free, &run);
+    assert_eq!((broken.at_edges, broken.torn_first), (2, [0, 1]));
+}
 #[test]
 fn a_disc_cut_out_of_a_window_holds_nothing() {
     let case = builtin(ROUND, &["/expect=[]", "/pack/layup/0/orientation_deg=0", "/projectile/diameter_mm=4"]);

@@ -217,13 +217,7 @@ impl PlyLayout {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-    use std::sync::atomic::AtomicBool;
-
     use super::*;
-    use crate::output::checks::{Level, checks};
-    use crate::run::{self, Options};
-    use crate::solver::FailureEvent;
-    use crate::solver::energy_balance::Balance;
 
     /// A 20 × 20 mm ply of S-720 (1.27 mm a crossover: 16 × 16) with this number of elements a crossover.
     fn ply(mesh: &str) -> PlyLayout {
@@ -262,62 +256,5 @@ mod tests {
         projectile.shape = Shape::Bar { diameter: 4e-3, along: crate::case::Along::Weft };
         assert!((even.distance([8, 0], &projectile) - 0.635e-3).abs() < 1e-9);
         assert!((even.to_side([2, 8]) - 2.5 * 1.27e-3).abs() < 1e-9);
-    }
-
-    #[test]
-    fn fabric_that_tears_off_its_frame_before_it_breaks_at_the_hit_is_warned_of() {
-        let sets = [
-            "/pack/width_mm=30",
-            "/pack/height_mm=30",
-            "/solver/end_time_us=1",
-            "/solver/numerics=paper",
-            "/expect=[]",
-        ];
-        let case = crate::case::shipped(&sets);
-        let run = run::run(&case, Options::default(), &AtomicBool::new(false), &mut ()).unwrap();
-        let middle = [case.pack.mesh.count[0] as u32 / 2, case.pack.mesh.count[1] as u32 / 2];
-        // Yarns by the last digit of the step.
-        let hit = |step: u64| {
-            let j = middle[1] - 4 + (step % 10) as u32;
-            FailureEvent { step, ply: 0, i: middle[0], j, yarn: 0, strain: 0.04 }
-        };
-        let edge = |step| FailureEvent { i: 0, ..hit(step) };
-        let struck = |diameter: f64, outcome: Outcome, events: &[FailureEvent]| {
-            let (mut case, mut run) = (case.clone(), run.clone());
-            (run.outcome, run.events) = (outcome, events.to_vec());
-            // It loses half before the third step, the rest, but for a thousandth, by the end of the sixth.
-            let lost = [(0, 0.0), (3, 0.5), (6, 0.999), (20, 1.0)];
-            let row = |(step, share)| {
-                let balance = Balance { projectile: run.impact_energy * (1.0 - share), ..Balance::default() };
-                Sample { time: f64::from(step) * run.time_step, balance, ..Sample::default() }
-            };
-            run.history = lost.map(row).into();
-            case.projectile.as_mut().unwrap().shape = Shape::Sphere { diameter };
-            let check = checks(&case, &run).into_iter().find(|check| check.name == "broken at the edges").unwrap();
-            let warned = check.warning.is_some_and(|warning| warning.kind.code == "W8");
-            assert_eq!(check.level, if warned { Level::Look } else { Level::Fine });
-            (warned, check.value)
-        };
-        let with = |outcome, events: &[FailureEvent]| struck(5.5e-3, outcome, events);
-        assert_eq!(with(Outcome::Stopped, &[]), (false, "0".to_owned()));
-        assert_eq!(with(Outcome::Stopped, &[hit(1), edge(2)]), (false, "1".to_owned()));
-        assert_eq!(with(Outcome::Stopped, &[hit(1), edge(2), edge(3)]), (true, "2".to_owned()));
-        // What breaks behind a projectile that is through decides nothing.
-        assert_eq!(with(Outcome::Perforated, &[hit(1), edge(7), edge(8)]), (false, "0".to_owned()));
-        assert_eq!(with(Outcome::Perforated, &[edge(2), edge(3), hit(4), edge(7)]), (true, "2".to_owned()));
-        // Cloth that broke only at the clamps, and first at the clamps.
-        assert_eq!(with(Outcome::Perforated, &[edge(2), edge(3)]), (true, "2".to_owned()));
-        assert_eq!(with(Outcome::Perforated, &[edge(1), hit(2), hit(3)]), (true, "1".to_owned()));
-        // One yarn that broke in many places is one, and broke where it broke first.
-        assert_eq!(with(Outcome::Stopped, &[hit(1), hit(2), edge(11), edge(12), edge(21)]), (false, "0".to_owned()));
-        // Whatever the projectile's size, an edge is not at the hit, nor the hit at an edge.
-        for diameter in [0.5e-3, 2e-3, 20e-3, 60e-3, 1.0] {
-            assert!(struck(diameter, Outcome::Stopped, &[edge(1), hit(2)]).0, "{diameter}");
-            assert_eq!(struck(diameter, Outcome::Stopped, &[hit(4), edge(1)]), (false, "1".to_owned()), "{diameter}");
-        }
-        // No frame is there to tear off where a side is free.
-        let free = crate::case::shipped(&[&sets[..], &[r#"/pack/edges={"left": "free"}"#]].concat());
-        let broken = Breakage::of(&free, &Run { events: vec![hit(1), edge(2), edge(3)], ..run.clone() });
-        assert_eq!((broken.at_edges, broken.torn_first), (2, [0, 1]));
     }
 }

@@ -216,7 +216,7 @@ impl DeviceShot {
         let done = steps.last().map_or(self.record.run.steps, |s| s.index + 1);
         self.record.run.steps = done.min(bad.saturating_add(1));
         events.for_each(|event| self.record.add_failures(std::slice::from_ref(event)));
-        check_room(stepper, &result.status)?;
+        check_room(stepper.device.name(), &stepper.sizes, &result.status)?;
         if bad < u64::from(layout::NONE) {
             // The bad step wrote its slot, and no later one wrote the other.
             self.download(stepper, state, bad + 1)?;
@@ -333,8 +333,8 @@ impl DeviceShot {
 const EDGE_POINTS: &str = "points of the projectile's edge and a ply";
 
 /// Checks that there was room for all that the projectile met.
-fn check_room(stepper: &DeviceStepper<'_>, counters: &[u32; STATUS_WORDS]) -> Result<(), DeviceError> {
-    let (adapter, sizes) = (stepper.device.name().to_owned(), &stepper.sizes);
+fn check_room(adapter: &str, sizes: &Sizes, counters: &[u32; STATUS_WORDS]) -> Result<(), DeviceError> {
+    let adapter = adapter.to_owned();
     match [status::OVERFLOW, status::OVERFLOW_EDGES].map(|at| counters[at]) {
         [0, 0] => Ok(()),
         [0, found] => Err(DeviceError::Crowded { adapter, what: EDGE_POINTS, found, room: sizes.constraints }),
@@ -348,32 +348,22 @@ fn check_room(stepper: &DeviceStepper<'_>, counters: &[u32; STATUS_WORDS]) -> Re
 mod tests {
     use super::*;
     use crate::case;
-    use crate::gpu::Device;
-    use crate::run::Skips;
 
     #[test]
-    fn an_edge_without_room_ends_the_run_by_name() -> Result<(), Box<dyn std::error::Error>> {
-        let text = r#"{"title": "edge", "fabric": {"file": "fabrics/s-720.json"},
-            "pack": {"width_mm": 12.7, "height_mm": 12.7}, "solver": {"end_time_us": 1, "contact_sampling": "edges"},
-            "projectile": {"shape": "cylinder", "diameter_mm": 5.5, "length_mm": 6, "mass_g": 1, "velocity_m_s": 50}}"#;
-        let (case, device) = (case::from_str("edge", text, &[])?, Device::noop());
-        let (model, mut state) = solver::state::set_up::<f32>(&case, false)?;
-        let stepper = DeviceStepper::new(&device, &model)?;
-        let mut shot = DeviceShot::new(0, Arc::new(model), &state, Skips::WHOLE);
-        // Counters of a batch in which nothing went wrong but one.
-        let mut take = |found: u32| {
-            let mut result = BatchResult::default();
-            result.status[status::BAD_STEP] = u32::MAX;
-            result.status[status::OVERFLOW_EDGES] = found;
-            shot.take(&stepper, &mut state, &case, &[], &result)
+    fn what_has_no_room_is_said_by_name() -> Result<(), Box<dyn std::error::Error>> {
+        let sizes = Sizes::new(&Model::new(&case::shipped(&["/solver/contact_sampling=edges"]))?);
+        let [room, points] = [sizes.constraints, sizes.points];
+        assert!(room > 20 && points > room);
+        // Counters of a batch in which nothing else went wrong.
+        let check = |found: [u32; 2]| {
+            let mut counters = BatchResult::default().status;
+            [counters[status::OVERFLOW], counters[status::OVERFLOW_EDGES]] = found;
+            check_room("noop", &sizes, &counters)
         };
-        assert_eq!(take(0), Ok(()));
-        let room = stepper.sizes.constraints;
-        assert!(room > 20);
-        assert_eq!(
-            take(999),
-            Err(DeviceError::Crowded { adapter: "noop".into(), what: EDGE_POINTS, found: 999, room })
-        );
+        let crowded = |what, found, room| Err(DeviceError::Crowded { adapter: "noop".into(), what, found, room });
+        assert_eq!(check([0, 0]), Ok(()));
+        assert_eq!(check([0, 999]), crowded(EDGE_POINTS, 999, room));
+        assert_eq!(check([9999, 999]), crowded("nodes and the projectile", 9999, points));
         Ok(())
     }
 }

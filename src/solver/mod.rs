@@ -38,7 +38,7 @@ use crate::solver::row_kernels::{KernelScalar, RowKernels};
 use crate::solver::state::State;
 
 /// A yarn failure, with its place in the pack.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct FailureEvent {
     /// Step it was found in.

@@ -16,9 +16,9 @@ use crate::solver::state::{ActiveRegion, State, node_stands, split};
 
 /// A ply as contact sees it, in the axes of the pack, and the state of its nodes.
 #[derive(Clone, Copy)]
-pub(crate) struct PlyView<'a, S> {
+pub struct PlyView<'a, S> {
     pub(crate) ply_type: &'a PlyType<S>,
-    pub(crate) mesh: &'a Mesh,
+    pub mesh: &'a Mesh,
     /// At rest [m].
     pub(crate) z: f64,
     turned: bool,
@@ -98,7 +98,7 @@ impl<'a, S: Scalar> PlyView<'a, S> {
 
 /// A node that comes too close to a cell of the neighbouring ply.
 #[derive(Clone, Debug)]
-pub(crate) struct PlyContactPoint {
+pub struct PlyContactPoint {
     pub(crate) row: usize,
     pub(crate) column: usize,
     /// Row and column of the cell.
@@ -120,11 +120,11 @@ pub(crate) struct PlyContactPoint {
 }
 
 /// Rows of nodes of a part.
-pub(crate) const ROWS: usize = 8;
+pub const ROWS: usize = 8;
 
 /// Contacts found in some rows of a ply's nodes, against one neighbour.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct FoundContacts {
+pub struct FoundContacts {
     /// Contacts, in the order of the nodes.
     pub(crate) points: Vec<PlyContactPoint>,
     /// Deepest node of whole fabric inside the neighbouring ply [m].
@@ -132,7 +132,7 @@ pub(crate) struct FoundContacts {
     /// Lost by friction of the points [J].
     pub(crate) friction: f64,
     /// Candidates that were looked at.
-    pub(crate) candidates: Vec<[usize; 2]>,
+    pub candidates: Vec<[usize; 2]>,
 }
 
 impl FoundContacts {
@@ -146,12 +146,12 @@ impl FoundContacts {
 
 /// Some rows of a search, which one thread does.
 pub struct SearchPart<'a, S> {
-    pub(crate) search: &'a PlySearch<'a, S>,
-    pub(crate) rows: Range<usize>,
-    pub(crate) columns: Range<usize>,
+    pub search: &'a PlySearch<'a, S>,
+    pub rows: Range<usize>,
+    pub columns: Range<usize>,
     /// Cells that the nodes of the rows are over.
-    pub(crate) over: &'a mut [u32],
-    pub(crate) found: &'a mut FoundContacts,
+    pub over: &'a mut [u32],
+    pub found: &'a mut FoundContacts,
 }
 
 impl<S: Scalar> SearchPart<'_, S> {
@@ -194,7 +194,7 @@ pub struct PlySearch<'a, S> {
     ply: usize,
     side: usize,
     other: usize,
-    pub(crate) own: PlyView<'a, S>,
+    pub own: PlyView<'a, S>,
     pub(crate) theirs: PlyView<'a, S>,
     /// Column, row of the nodes on mirror planes.
     pub(crate) planes: [Option<usize>; 2],
@@ -204,7 +204,7 @@ pub struct PlySearch<'a, S> {
 }
 
 impl<'a, S: Scalar> PlySearch<'a, S> {
-    pub(crate) fn new(model: &'a Model<S>, state: &'a State<S>, ply: usize, side: usize, other: usize) -> Self {
+    pub fn new(model: &'a Model<S>, state: &'a State<S>, ply: usize, side: usize, other: usize) -> Self {
         let [own, theirs] = [ply, other].map(|ply| PlyView::new(model, state, ply));
         Self {
             touching: model.plies[ply.min(other)].touching,
@@ -221,7 +221,7 @@ impl<'a, S: Scalar> PlySearch<'a, S> {
     }
 
     /// Nodes stored for a row of them.
-    pub(crate) fn across(&self) -> usize {
+    pub fn across(&self) -> usize {
         self.model.grid.columns + 1
     }
 
@@ -280,7 +280,7 @@ impl<'a, S: Scalar> PlySearch<'a, S> {
     ///
     /// The place is looked at as it would be at the end of the step; what came too close on the way is known from there.
     #[inline]
-    pub(crate) fn node(&self, row: usize, column: usize, over: &mut u32) -> Option<(Option<PlyContactPoint>, f64)> {
+    pub fn node(&self, row: usize, column: usize, over: &mut u32) -> Option<(Option<PlyContactPoint>, f64)> {
         let columns = self.theirs.mesh.columns;
         let position = self.own.position(row, column);
         let (start, was_inside) = (layup::element(*over), *over & PENETRATING != 0);
