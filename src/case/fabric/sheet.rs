@@ -73,7 +73,7 @@ fn curve(place: &str, yarn: &mut Value, record: &Provenance) -> Result<Vec<[f64;
             let found = format!("[{}, {}]", short_number_text(point[0]), short_number_text(point[1]));
             let error = CaseError::at(format!("{place}/curve/{index}"), expected, found);
             return Err(
-                error.help("points of strain [-] and stress [GPa], both rising, from [0, 0] to where the yarn breaks")
+                error.help("points of strain [-], 0.035 for 3.5 %, and stress [GPa], both rising, from [0, 0] to where the yarn breaks")
             );
         }
         steepest = if is_first { 0.0 } else { steepest.max(stress / strain) };
