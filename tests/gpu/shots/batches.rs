@@ -126,7 +126,7 @@ fn varied(sets: &[&str]) -> Case {
 fn rows(device: &'static Device) -> Outcome {
     const STRENGTH: &str = r#"/variability={"velocity": {"scatter_m_s": 5}, "obliquity": {"scatter_deg": 1},
         "yarn_strength": {"shape": 11.5, "gauge_length_mm": 125, "yarn_shape": 20}}"#;
-    let case = varied(&[STRENGTH, "/solver/end_time_us=40"]);
+    let case = varied(&[STRENGTH, "/solver/end_time_us=20"]);
     // The third is faster than any case may ask for.
     let shots = [(0, 400.0), (1, 300.0), (2, 1e6), (3, 500.0)];
     let (ended, all, at_a_time) = fired(device, &case, &shots, false);
