@@ -315,14 +315,18 @@ impl<S: Scalar> ImpulseApplier<'_, S> {
             return sum;
         }
         for [r, c] in ply_type.mesh.around(row, column) {
-            let element = self.model.grid.first_element_row(ply) + r;
-            let widths = ply_type.mesh.widths(r, c);
+            let element = self.elements.row(self.model.grid.first_element_row(ply) + r);
+            let at = |field: usize| element[field * self.elements.stride + c + 1].to_f64();
             for (yarn, ahead) in [c == column, r == row].into_iter().enumerate() {
-                let at = |field: usize| self.elements.get(element, field, c + 1).to_f64();
+                let viscous = at(element::COUNT + yarn);
+                // Slack yarns have none.
+                if viscous == 0.0 {
+                    continue;
+                }
                 let force = [0, 1, 2].map(|a| at(element::WARP_FORCE + 3 * yarn + a));
                 let size = force.iter().map(|f| f * f).sum::<f64>().sqrt();
                 if size > 0.0 {
-                    let part = at(element::COUNT + yarn) * ply_type.element.membrane[yarn] * widths[1 - yarn] / size;
+                    let part = viscous * ply_type.element.membrane[yarn] * ply_type.mesh.widths(r, c)[1 - yarn] / size;
                     for a in 0..3 {
                         sum[a] += if ahead { part * force[a] } else { -part * force[a] };
                     }
