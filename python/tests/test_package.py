@@ -15,6 +15,7 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -247,6 +248,15 @@ def test_bad_input_gets_one_clear_error(folder: Path, call: Any, where: str, fou
     assert any(line.startswith("  found: ") and found in line for line in others), refused.value
 
 
+@pytest.fixture
+def ctrl_c() -> Iterator[None]:
+    """Ctrl-C as a terminal has it: what a shell starts in the background ignores it, and Python then does, too."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("ctrl_c")
 def test_ctrl_c_ends_cleanly_and_loses_nothing(folder: Path) -> None:
     long = ripstop.Case("shot.json").with_({"/pack/width_mm": 80, "/pack/height_mm": 80, "/solver/run_until": "end_time", "/solver/end_time_us": 900})
     threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
