@@ -255,6 +255,7 @@ fn fabric_that_tears_off_its_frame_before_it_breaks_at_the_hit_is_warned_of() {
     let broken = Breakage::of(&free, &run);
     assert_eq!((broken.at_edges, broken.torn_first), (2, [0, 1]));
 }
+
 #[test]
 fn a_disc_cut_out_of_a_window_holds_nothing() {
     let case = builtin(ROUND, &["/expect=[]", "/pack/layup/0/orientation_deg=0", "/projectile/diameter_mm=4"]);
