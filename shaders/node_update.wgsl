@@ -38,7 +38,7 @@ fn taken_by_clay(ply: u32, place: vec2<u32>, u: f32, v: f32, free: f32) -> f32 {
     let node = node_at(ply, place);
     let depth = u - plies[ply].clay_gap;
     let crater = max(nodes[clay_word(CRATER, node)], depth);
-    let most = step.kick * plies[ply].clay_rate;
+    let most = step.kick * plies[ply].clay_rate * (1.0 + plies[ply].clay_gain * crater);
     let into = max((depth - crater) * (1.0 / scene.dt) + free, 0.0);
     let taken = into * most / max(free, most);
     nodes[clay_word(CRATER, node)] = crater;

@@ -39,9 +39,14 @@ struct Ply {
     longest: f32,
     /// Row of the table of lines where the shares of the nodes of its type begin.
     shares_row: u32,
-    /// Gap to the clay behind it [m], and the pressure of that over its areal density [m/s²]; 0: there is none.
+    /// Gap to the clay behind it [m], the pressure of that over its areal density [m/s²], 0: there is none, and what this gains with the
+    /// depth, over it [1/m].
     clay_gap: f32,
     clay_rate: f32,
+    clay_gain: f32,
+    pad0: u32,
+    pad1: u32,
+    pad2: u32,
 }
 
 // Numbers of a node of a ply with clay behind it, after its vectors.

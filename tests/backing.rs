@@ -23,11 +23,15 @@ fn thrown(sets: &[&str]) -> Case {
 
 #[test]
 fn a_sheet_thrown_against_clay_stops_where_the_closed_form_says() {
-    for (precision, exact) in [(Precision::F64, 1e-10), (Precision::F32, 1e-4)] {
-        let run = run_as(&thrown(&[]), precision, 2);
+    let even: f64 = 0.5 * 0.2552 * 1e4 / 0.5e6;
+    // p (d + d²/2D) = ½ Ad V²
+    let doubling = "/backing/doubling_depth_mm=2";
+    let deeper = 2e-3 * ((1.0 + 2.0 * even / 2e-3).sqrt() - 1.0);
+    let runs = [(Precision::F64, 1e-10, None, even), (Precision::F64, 1e-10, Some(doubling), deeper)];
+    for (precision, exact, set, depth) in runs.into_iter().chain([(Precision::F32, 1e-4, None, even)]) {
+        let run = run_as(&thrown(set.as_slice()), precision, 2);
         let end = run.history.last().unwrap().balance;
         let energy = 0.5 * 0.2552 * 12.7e-3 * 10.16e-3 * 1e4;
-        let depth = 0.5 * 0.2552 * 1e4 / 0.5e6;
         assert!((end.crater / depth - 1.0).abs() < 0.01, "{} for {depth} m", end.crater);
         assert!((end.backing / energy - 1.0).abs() < exact, "{} for {energy} J", end.backing);
         assert!(end.kinetic.abs() < 1e-12 && run.energy_error < exact, "{} {}", end.kinetic, run.energy_error);
@@ -113,7 +117,7 @@ fn steps_are_short_enough_for_clay_to_act_on_a_slow_body() {
     let [fast, slow] = ["200", "1"].map(|speed| model(&[&format!("/projectile/velocity_m_s={speed}")]));
     assert_ne!(fast.bound.set_by, "clay behind the pack");
     assert_eq!(slow.bound.set_by, "clay behind the pack");
-    let [_, rate] = slow.clay(1).unwrap();
+    let [_, rate, _] = slow.clay(1).unwrap();
     assert!((slow.bound.critical_step * rate - 0.05).abs() < 1e-12 && slow.clay(0).is_none());
 }
 
@@ -122,4 +126,6 @@ fn check_and_report_say_what_stands_behind_the_pack() {
     assert_eq!(behind(&struck(&["/backing=null"])), "nothing");
     assert_eq!(behind(&struck(&["/backing={}"])), "clay that resists with 0.71 MPa");
     assert_eq!(behind(&thrown(&[])), "0.5 mm of air, then clay that resists with 0.5 MPa");
+    let deeper = struck(&["/backing={\"doubling_depth_mm\":20}"]);
+    assert_eq!(behind(&deeper), "clay that resists with 0.53 MPa, twice that 20 mm deep");
 }

@@ -115,7 +115,8 @@ fn a_quarter_of_a_scene_goes_on_to_its_outcome() {
     let run = resumes_equal::<f64>(&quarter(), 100, 5);
     assert_eq!((run.planes.copies(), run.stop_time.is_some()), (4, true));
     let mut backed = quarter();
-    backed.backing = Some(Backing { material: BackingMaterial::Clay, gap: 0.05e-3, pressure: 5e6 });
+    backed.backing =
+        Some(Backing { material: BackingMaterial::Clay, gap: 0.05e-3, pressure: 5e6, doubling_depth: None });
     let run = resumes_equal::<f32>(&backed, 100, 7);
     assert!(run.history.last().unwrap().balance.crater > 0.2e-3, "{:?}", run.history.last());
 }

@@ -1,9 +1,12 @@
 //! Backing: a block of clay behind the pack.
 
+use std::f64::consts::PI;
+
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::keys::choices;
+use super::provenance::Provenance;
 use super::{Case, CaseError, Layer};
 
 choices! {
@@ -28,15 +31,46 @@ pub struct Backing {
     /// Default: the pack lies against it.
     #[schemars(rename = "gap_mm", range(min = 0, max = 1000), extend("default" = 0))]
     pub gap: f64,
-    /// Pressure on what goes deeper into it, the same at any depth and speed [Pa].
+    /// Pressure at its surface on what goes deeper, the same at any speed [Pa].
     ///
-    /// Default: assumed: energy over volume of the crater in the drop test of NIJ 0101.06, a ball of 63.5 mm and 1043 g, 2 m, 19 mm.
-    #[schemars(rename = "pressure_mpa", range(min = 1e-3, max = 100), extend("default" = 0.71))]
+    /// Otherwise: assumed: that with which the drop test of NIJ 0101.06, a ball of 63.5 mm and 1043 g, 2 m, leaves a crater of 19 mm.
+    #[serde(default)]
+    #[schemars(rename = "pressure_mpa", range(min = 1e-3, max = 100))]
     pub pressure: f64,
+    /// Depth at which the pressure is twice that, in proportion to the depth; null or absent: it is the same at any [m].
+    ///
+    /// Left out: assumed: the same pressure at any depth.
+    #[schemars(rename = "doubling_depth_mm", range(min = 1, max = 1e5))]
+    pub doubling_depth: Option<f64>,
+}
+
+/// Ball of the drop test: mass [kg], radius [m]; height of its fall and depth of its crater [m].
+const DROP_TEST: [f64; 4] = [1.043, 0.03175, 2.0, 0.019];
+/// Standard acceleration of free fall [m/s²].
+const GRAVITY: f64 = 9.80665;
+
+impl Backing {
+    /// What the pressure gains with the depth, over that at the surface [1/m].
+    pub fn gain(&self) -> f64 {
+        self.doubling_depth.map_or(0.0, |depth| 1.0 / depth)
+    }
+
+    /// Pressure at the surface with which the drop test leaves its crater: energy of the ball over ∫(1 + gain·z/2) z dA over the cap with
+    /// the depths z, to the two digits that its depth has [Pa].
+    fn of_drop_test(&self) -> f64 {
+        let [mass, radius, fall, depth] = DROP_TEST;
+        let volume = PI * depth.powi(2) * (radius - depth / 3.0);
+        let moment = PI * (depth.powi(4) / 4.0 + (radius - depth) * depth.powi(3) / 3.0);
+        let pressure = mass * GRAVITY * fall / (volume + self.gain() * moment);
+        (pressure * 1e-4).round() * 1e4
+    }
 }
 
 /// Part of the speed at the start that clay may take of a node in a step: below it clay stops the node, and resists what follows only in part.
 const TAKEN: f64 = 0.05;
+
+/// Depth of a crater that is deep [m]: the step is short enough for the pressure there.
+const DEEP: f64 = 0.05;
 
 impl Case {
     /// Longest step in which clay takes a small part of the speed at the start [s].
@@ -46,12 +80,17 @@ impl Case {
         let speed = |layer: &Layer| layer.initial_velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
         let struck = self.projectile.as_ref().map_or(0.0, |projectile| projectile.velocity);
         let fastest = layers.iter().map(speed).fold(struck, f64::max);
-        let step = TAKEN * fastest * last.fabric.areal_density / clay.pressure;
+        let deepest = 1.0 + clay.gain() * DEEP;
+        let step = TAKEN * fastest * last.fabric.areal_density / (clay.pressure * deepest);
         if step > 0.0 { step } else { f64::INFINITY }
     }
 
-    /// Refuses a backing that does not go together with the pack.
-    pub(super) fn check_backing(&self) -> Result<(), CaseError> {
+    /// Completes a backing, and refuses one that does not go together with the pack.
+    pub(super) fn complete_backing(&mut self, record: &Provenance) -> Result<(), CaseError> {
+        if let Some(clay) = &mut self.backing {
+            let pressure = clay.of_drop_test();
+            record.fill("/backing/pressure_mpa", &mut clay.pressure, pressure, "", true);
+        }
         match self.backing.is_some() && self.pack.initial_deflection.is_some() {
             true => Err(CaseError::at("/backing", "nothing behind a pack with an initial deflection", "clay")),
             false => Ok(()),

@@ -155,7 +155,7 @@ impl Case {
         let (variability, projectile) = (self.variability.as_mut(), self.projectile.as_ref());
         variability.map_or(Ok(()), |variability| variability.complete(projectile, record))?;
         self.complete_pack(record)?;
-        self.check_backing()?;
+        self.complete_backing(record)?;
         self.complete_end(record)?;
         self.output.check()?;
         self.expect.iter_mut().enumerate().try_for_each(|(index, expect)| expect.complete(index, record))

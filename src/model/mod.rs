@@ -159,10 +159,11 @@ impl<S: Scalar> Model<S> {
         &self.ply_types[self.plies[ply].ply_type]
     }
 
-    /// Gap [m] to the clay behind a ply, the last one, and its pressure over the areal density of the ply [m/s²].
-    pub fn clay(&self, ply: usize) -> Option<[f64; 2]> {
+    /// Gap [m] to the clay behind a ply, the last one, its pressure over the areal density of the ply [m/s²], and what that gains with the
+    /// depth, over it [1/m].
+    pub fn clay(&self, ply: usize) -> Option<[f64; 3]> {
         let backing = self.backing.filter(|_| ply + 1 == self.plies.len());
-        backing.map(|clay| [clay.gap, clay.pressure / self.ply_type(ply).areal_density])
+        backing.map(|clay| [clay.gap, clay.pressure / self.ply_type(ply).areal_density, clay.gain()])
     }
 
     /// Rounding of the energy of a pack at rest [J].

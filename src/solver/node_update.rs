@@ -81,8 +81,9 @@ pub struct NodePass<'a, S> {
     pub times: [f64; 3],
     /// Whether momenta are asked for.
     pub sample: bool,
-    /// Gap [m] to the clay behind the ply, and what that takes of the velocity of a node that it resists, per time [m/s²].
-    pub clay: Option<[f64; 2]>,
+    /// Gap [m] to the clay behind the ply, what that takes of the velocity of a node that it resists, per time, at its surface [m/s²], and what
+    /// this gains with the depth, over it [1/m].
+    pub clay: Option<[f64; 3]>,
 }
 
 /// Sums of one row of nodes over one step.
@@ -115,8 +116,8 @@ pub fn node_update<R: Real>(n: R, pass: &NodePass<'_, R::Scalar>, node: &mut Nod
 fn advance<R: Real>(n: R, pass: &NodePass<'_, R::Scalar>, node: &mut NodeRow<'_, R::Scalar>) -> NodeTotals {
     let NodePass { around, inverse, mass, range, columns, edge_row, times: [span, kick, drift], sample, clay } = pass;
     let halves = [span, drift].map(|time| n.splat_like(-0.5 * time));
-    // Gap, most that clay takes of a velocity in this step, and 1/Δt.
-    let clay = clay.map(|[gap, rate]| [gap, rate * kick, 1.0 / drift].map(|number| n.splat_like(number)));
+    // Gap, most that clay takes of a velocity in this step at its surface, gain with the depth, and 1/Δt.
+    let clay = clay.map(|[gap, rate, gain]| [gap, rate * kick, gain, 1.0 / drift].map(|number| n.splat_like(number)));
     let (kick, drift, columns, sample) = (n.splat_like(*kick), n.splat_like(*drift), *columns, *sample);
     let (half, rest) = (n.splat_like(0.5), n.splat_like(R::REST));
     let mut kinetic = OrderedSum::default();
@@ -139,10 +140,11 @@ fn advance<R: Real>(n: R, pass: &NodePass<'_, R::Scalar>, node: &mut NodeRow<'_,
             let before = n.load(node[field::VELOCITY + a], column);
             let velocity = (kick * force[a]).fused(inverse, before);
             let mut velocity = R::select(velocity.abs().lt(rest), n.zero(), velocity);
-            if let Some([gap, most, per_step]) = clay.filter(|_| a == 2) {
+            if let Some([gap, at_surface, gain, per_step]) = clay.filter(|_| a == 2) {
                 // Plastic: for the part of the step that is deeper than the crater; it stops what goes there at most, and throws nothing back.
                 let depth = n.load(node[field::DISPLACEMENT + a], column) - gap;
                 let crater = n.load(node[field::CRATER], column).max(depth);
+                let most = at_surface * (gain * crater + n.one());
                 let into = (depth - crater).fused(per_step, velocity).max(n.zero());
                 let taken = into * most / velocity.max(most);
                 velocity = velocity - taken;

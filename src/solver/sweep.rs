@@ -84,7 +84,7 @@ struct PlyPass<'a, S: Scalar> {
     times: [f64; 3],
     sample: bool,
     /// See [`NodePass`].
-    clay: Option<[f64; 2]>,
+    clay: Option<[f64; 3]>,
     /// Numbers per row of nodes and of elements.
     length: [usize; 2],
 }

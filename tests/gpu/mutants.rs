@@ -83,6 +83,8 @@ macro_rules! defects {
 
 defects! {
     sweep {
+        "the rate of strain adds nothing" in "stress by the rate of strain": "added * elastic" => "added * 0.0";
+        "clay as soft below" in "against clay": "plies[ply].clay_gain * crater" => "0.0 * crater";
         "hourglass mode of the wrong sign" in "variational, compressible": "let top = c - d;" => "let top = d - c;";
         "second order of the stretch missing" in "variational, compressible": "(dot(g1, g1) + q.x)" => "q.x";
         "shear force not square to the weft" in "variational, compressible":

@@ -67,7 +67,7 @@ shared! {
         rows: u32, columns: u32, ply_type: u32, present: u32, origin: [f32; 2], length: [f32; 2], cosine: f32,
         sine: f32, z: f32, depth: f32, touching: f32, thickness: f32, mass: f32, inverse_inner: f32,
         inverse_edge: f32, inverse_corner: f32, held: u32, span: u32, longest: f32, shares_row: u32, clay_gap: f32,
-        clay_rate: f32,
+        clay_rate: f32, clay_gain: f32, pad: [u32; 3],
     }
 
     /// One grid line.
@@ -275,7 +275,7 @@ pub fn plies(model: &Model<f32>) -> Vec<Ply> {
         // Plies that touch at rest do so exactly, whatever their places round to.
         let apart = model.plies.get(at + 1).map_or(0.0, |next| next.z as f32 - own.z as f32);
         let [x, y, _] = mesh.to_ply(from.into());
-        let [clay_gap, clay_rate] = single(model.clay(at).unwrap_or_default());
+        let [clay_gap, clay_rate, clay_gain] = single(model.clay(at).unwrap_or_default());
         Ply {
             rows: mesh.rows as u32,
             columns: mesh.columns as u32,
@@ -303,6 +303,8 @@ pub fn plies(model: &Model<f32>) -> Vec<Ply> {
     };
     (0..model.plies.len()).map(ply).collect()
 }
+            clay_gain,
+            pad: [0; 3],
 
 /// Constrained directions of the sides, three bits each: left, right, bottom, top.
 fn constrained(edges: &Edges) -> u32 {

@@ -32,7 +32,8 @@ pub fn held(case: &Case) -> String {
 pub fn behind(case: &Case) -> String {
     let Some(clay) = case.backing else { return "nothing".to_owned() };
     let gap = if clay.gap > 0.0 { format!("{} mm of air, then ", short(clay.gap * 1e3, 4)) } else { String::new() };
-    format!("{gap}clay that resists with {} MPa", short(clay.pressure * 1e-6, 3))
+    let deeper = clay.doubling_depth.map(|depth| format!(", twice that {} mm deep", short(depth * 1e3, 4)));
+    format!("{gap}clay that resists with {} MPa{}", short(clay.pressure * 1e-6, 3), deeper.unwrap_or_default())
 }
 
 /// Sides by what holds them.

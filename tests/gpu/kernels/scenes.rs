@@ -176,7 +176,8 @@ const SPECIAL: [Special; 13] = [
 
 /// Clay behind the pack. Of 20 MPa it takes about a quarter of the speeds of the scenes of elements in a step.
 pub(super) fn against_clay(case: &mut Case, pressure: f64) {
-    case.backing = Some(Backing { material: BackingMaterial::Clay, gap: 0.01e-3, pressure });
+    case.backing =
+        Some(Backing { material: BackingMaterial::Clay, gap: 0.01e-3, pressure, doubling_depth: Some(2e-3) });
 }
 
 /// A frame whose opening is three quarters of the mesh, around its middle.

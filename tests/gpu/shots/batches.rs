@@ -53,7 +53,7 @@ fn together(batch: &mut DeviceBatch<'_>, cases: &[Case]) -> Vec<Vec<String>> {
 
 fn each_as_alone(device: &'static Device) -> Outcome {
     let mut clay = pack();
-    clay.backing = Some(Backing { material: BackingMaterial::Clay, gap: 0.0, pressure: 0.71e6 });
+    clay.backing = Some(Backing { material: BackingMaterial::Clay, gap: 0.0, pressure: 0.71e6, doubling_depth: None });
     for (case, velocities) in [
         (ply(), &[400.0, 250.0, 600.0, 400.5][..]),
         (pack(), &[500.0, 350.0, 650.0]),
