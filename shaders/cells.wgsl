@@ -3,11 +3,14 @@
 //                                  in 24 bits each, `dh_dstretch` over that sum as floats of 14 bits, `force_share` in 9 bits each; of warp
 //                                  and weft: viscous forces [N], strains that failure is judged by [-]
 //                then  (2, E)      failure strains over the fabric's [-], where strength varies
+//                then  (2, 2, E)   what the rate of strain adds to the tensions, over those [-], in two slots, where it does
 // Needs `cells`.
 // Twin: `cell` of src/gpu/layout/mod.rs, `node_stands` of src/solver/state.rs, `edge_stands` of src/solver/contact/projectile_points.rs
 
 /// Fields of an element in a slot.
 const CELL_FIELDS: u32 = 7u;
+/// Fields of the rate of strain in a slot, after the strengths.
+const RATE_FIELDS: u32 = 2u;
 const YARNS: u32 = 0u;
 const DRAG: u32 = 3u;
 const STRAIN: u32 = 5u;

@@ -17,8 +17,11 @@ fn stored_energy(size: ElementGeometry, tension: vec2<f32>, strain: vec2<f32>, f
     return size.cells * (warp + weft + compression_energy(force)) + size.area * shear;
 }
 
-fn put_pair(field: u32, element: u32, value: vec2<f32>) {
-    let at = cell_word(slot_now(), field, element);
+/// Field after both slots, of what the rate of strain adds in one of them.
+fn rate_field(slot: u32) -> u32 { return select(0u, 2u, STRENGTH) + RATE_FIELDS * slot; }
+
+fn put_pair(slot: u32, field: u32, element: u32, value: vec2<f32>) {
+    let at = cell_word(slot, field, element);
     cells[at] = bitcast<u32>(value.x);
     cells[at + scene.elements] = bitcast<u32>(value.y);
 }
@@ -106,6 +109,8 @@ fn judge(element: u32, stretch: vec2<f32>, cell: Equilibrium, was_alive: vec2<bo
 struct Forces {
     /// Viscous forces of the yarns [N].
     drag: vec2<f32>,
+    /// What the rate of strain adds to a tension, over that.
+    rate: vec2<f32>,
     dissipated: f32,
     /// Trellis shear, had the element two yarns.
     trellis: Shear,
@@ -130,11 +135,15 @@ fn forces_of(element: u32, motion: Motion, cell: Equilibrium, yarns_left: YarnsL
     let both_left = all(yarns_left.alive);
     let elastic = select(zero, select(free, cell.in_plane, both_left), yarns_left.alive);
     var drag = zero;
+    var rate = zero;
     var dissipated = 0.0;
     if (VISCOUS) {
         let at_last = yarn_pair(slot_before(), DRAG, element);
-        let shock = shock_viscosity(size, k, motion.v, motion.grown, elastic, at_last);
+        var rate_before = zero;
+        if (RATE) { rate_before = yarn_pair(2u, rate_field(slot_before()), element); }
+        let shock = viscous_forces(size, k, motion.v, motion.grown, elastic, at_last, rate_before);
         drag = shock.force;
+        rate = shock.rate;
         // N over the element's width times its length.
         dissipated = dot(shock.work,
             vec2<f32>(0.5 * size.membrane_warp / size.gradient_x, 0.5 * size.membrane_weft / size.gradient_y));
@@ -144,7 +153,7 @@ fn forces_of(element: u32, motion: Motion, cell: Equilibrium, yarns_left: YarnsL
     if (SHEAR) { trellis = trellis_shear(k); }
     let left = shear_where(both_left, trellis);
     let m = membrane(size, k, pull, left);
-    return Forces(drag, dissipated, trellis, m, mode_force(size, k, elastic, left), hourglass_where(both_left, size));
+    return Forces(drag, rate, dissipated, trellis, m, mode_force(size, k, elastic, left), hourglass_where(both_left, size));
 }
 
 /// Energy that the law has made of what the cells store, where both yarns are there.
@@ -228,8 +237,9 @@ fn element_step(ply: u32, place: vec2<u32>, u: Differences, v: Differences, own:
     if (!any(was_alive)) {
         if (own) {
             keep_heights(element, was_alive, zero, Predictor());
-            put_pair(DRAG, element, zero);
-            put_pair(STRAIN, element, vec2<f32>(BROKEN));
+            put_pair(slot_now(), DRAG, element, zero);
+            if (RATE) { put_pair(2u, rate_field(slot_now()), element, zero); }
+            put_pair(slot_now(), STRAIN, element, vec2<f32>(BROKEN));
         }
         return ElementForces();
     }
@@ -241,8 +251,9 @@ fn element_step(ply: u32, place: vec2<u32>, u: Differences, v: Differences, own:
     let acting = forces_of(element, motion, cell, yarns_left);
     if (own) {
         keep_heights(element, yarns_left.alive, cell.height, cell.predictor);
-        put_pair(DRAG, element, acting.drag);
-        put_pair(STRAIN, element, select(vec2<f32>(BROKEN), max(cell.strain, zero), yarns_left.alive));
+        put_pair(slot_now(), DRAG, element, acting.drag);
+        if (RATE) { put_pair(2u, rate_field(slot_now()), element, acting.rate); }
+        put_pair(slot_now(), STRAIN, element, select(vec2<f32>(BROKEN), max(cell.strain, zero), yarns_left.alive));
         part[VISCOUS_WORK] += acting.dissipated;
         if (counted) { part[EVALUATIONS] += f32(cell.iterations); }
         note_residual(cell, both);

@@ -1,4 +1,4 @@
-// membrane: in-plane forces of an element: yarns, trellis shear that fades where a yarn is folded, shock viscosity.
+// membrane: in-plane forces of an element: yarns, trellis shear that fades where a yarn is folded.
 // Twin: src/physics/membrane.rs
 
 /// Stretch of a yarn below which it counts as folded: its element's trellis energy fades with the stretch.
@@ -55,35 +55,4 @@ fn mode_force(size: ElementGeometry, k: Kinematics, pull: vec2<f32>, shear: Shea
         along += vec2<f32>(size.half_length_warp, size.half_length_weft) * (shear.along - shear.slope * k.sine * k.per_stretch);
     }
     return dot(along, k.per_mode) * k.mode;
-}
-
-/// Shock viscosity of an element's yarns.
-struct Viscous {
-    /// Now [N].
-    force: vec2<f32>,
-    /// Work since the last step over ½ of the element's length times its yarns [N].
-    work: vec2<f32>,
-}
-
-/// Viscous forces of warp and weft: stiffness times viscosity times the rate of stretch, so large at a shock and small elsewhere. In coarse
-/// elements the viscosity grows with the steepness of the front. A slack yarn has none, and a yarn never pushes. `elastic`: in-plane
-/// forces of the yarns; `before`: viscous forces at the last step.
-fn shock_viscosity(size: ElementGeometry, k: Kinematics, v: Differences, grown: Growth, elastic: vec2<f32>, before: vec2<f32>) -> Viscous {
-    let rate = vec2<f32>(dot(k.warp, v.x) * size.gradient_x, dot(k.weft, v.y) * size.gradient_y);
-    let smooth_waves = vec2<f32>(size.viscosity_warp, size.viscosity_weft);
-    let fronts = vec2<f32>(size.steep_viscosity_warp, size.steep_viscosity_weft);
-    let steepness = min(abs(rate) * fronts * scene.per_steep, vec2<f32>(1.0));
-    let viscosity = smooth_waves + (fronts - smooth_waves) * steepness;
-    let zero = vec2<f32>(0.0);
-    let stiffness = vec2<f32>(scene.warp_stiffness, scene.weft_stiffness);
-    let force = select(max(stiffness * viscosity * rate, -elastic), zero, elastic <= zero);
-    // The same rate along the directions of the last step, from Λ² - 1 there.
-    let now = 1.0 + k.stretch;
-    let more = k.stretch * (now + 1.0) - 2.0 * now * grown.whole + grown.whole_square;
-    let last = sqrt(max(1.0 + more, vec2<f32>(TINY)));
-    // A yarn that went slack since dissipates on its way to slack, and no further: more than it stored would be booked.
-    let stretch = more / (1.0 + last);
-    let share = min(stretch / max(stretch - k.stretch, vec2<f32>(TINY)), vec2<f32>(1.0));
-    let taut = select(vec2<f32>(1.0), share, (elastic <= zero) & (stretch > zero));
-    return Viscous(force, force * grown.along + taut * before * ((now * grown.along - grown.square) / last));
 }

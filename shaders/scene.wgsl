@@ -22,8 +22,10 @@ override COMPRESSION: bool = true;
 override CURVE: u32 = 0u;
 /// Whether the fabric resists trellis shear.
 override SHEAR: bool = true;
-/// Whether yarns have shock viscosity.
+/// Whether yarns have forces that hang on rates: of shock viscosity or of the rate of strain.
 override VISCOUS: bool = true;
+/// Whether stress of the yarns depends on the rate of strain.
+override RATE: bool = false;
 /// Whether pieces of yarn differ in strength.
 override STRENGTH: bool = true;
 override PROJECTILE: bool = true;
@@ -113,6 +115,10 @@ struct Scene {
     /// 1 over the stretch that a front adds while it crosses an element, and from which the viscosity of the whole length acts, over
     /// the coefficient of the viscosity.
     per_steep: f32,
+    /// Law of Cowper and Symonds: C [1/s], P; the most that the rate of strain adds to a stress, over that.
+    rate_c: f32,
+    rate_power: f32,
+    rate_most: f32,
     /// Share of the square of half the difference of opposite edges in the square of a stretch.
     mode_share: f32,
     /// Half the failure length along warp and weft, in lengths of the finest element.
@@ -160,6 +166,7 @@ struct Scene {
     mirror: u32,
     /// Room for points of the rim on each ply.
     constraints: u32,
+    pad: u32,
     /// Corner (ρ, s) and outward normal (ρ, s) of the side that begins there.
     profile: array<vec4<f32>, 5>,
 }

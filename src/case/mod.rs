@@ -32,7 +32,7 @@ mod variability;
 pub use backing::{Backing, BackingMaterial};
 pub use changes::{BuiltInFabric, CaseBuilder, builtin_fabric, with_velocity};
 pub use error::CaseError;
-pub use fabric::{Compression, Crossover, Fabric, Law, MembraneForce, Shear, ShearModulus, Yarn};
+pub use fabric::{Compression, Crossover, Fabric, Law, MembraneForce, Rate, Shear, ShearModulus, Yarn};
 pub use grading::{Grading, LinesFrom};
 pub(crate) use keys::in_words;
 pub use keys::value_in;

@@ -33,9 +33,9 @@ macro_rules! cases {
 }
 
 /// Name and text of every case that `verify` runs.
-const CASES: [(&str, &str); 35] = cases! {
-    "verify/smith-yarn-155" "verify/smith-yarn-sheet" "verify/smith-yarn-curve" "verify/strip-uncrimped-155"
-    "verify/strip-crimped-155" "verify/strip-compressible-155"
+const CASES: [(&str, &str); 36] = cases! {
+    "verify/smith-yarn-155" "verify/smith-yarn-sheet" "verify/smith-yarn-curve" "verify/rate-of-strain"
+    "verify/strip-uncrimped-155" "verify/strip-crimped-155" "verify/strip-compressible-155"
     "verify/strip-compressible-250" "verify/strip-pulled-weft-free" "verify/strip-pulled-weft-held"
     "verify/membrane-frequency" "verify/cone-on-membrane" "verify/mass-on-strip" "verify/first-drop" "verify/free-flight"
     "verify/free-impact" "verify/mirror" "verify/s720-prototype" "verify/mass-on-drum" "verify/corner-clamps" "verify/standoff"

@@ -54,7 +54,8 @@ macro_rules! buffers {
 buffers! {
     /// Displacement and velocity, shape (slots, 6, nodes); then, with clay behind the pack, what that has of a node, shape (3, nodes).
     Nodes = "nodes",
-    /// What elements keep from step to step, shape (slots, 7, elements); then strengths, shape (2, elements), where those vary.
+    /// What elements keep from step to step, shape (slots, 7, elements); then strengths, shape (2, elements), where those vary; then, where stress
+    /// depends on the rate of strain, what that adds, shape (slots, 2, elements).
     Cells = "cells",
     /// Sums of tiles, shape (tiles, 14).
     Tiles = "tiles",
@@ -146,7 +147,8 @@ impl Sizes {
             plies: grid.plies as u64,
             elements,
             cell_fields: STATE_SLOTS * cell::CELL_FIELDS as u64
-                + model.strength.as_ref().map_or(0, |_| STRENGTH_FIELDS),
+                + model.strength.as_ref().map_or(0, |_| STRENGTH_FIELDS)
+                + if features.rate { STATE_SLOTS * cell::RATE_FIELDS as u64 } else { 0 },
             tile_rows,
             tiles: [tiles(grid.rows, tile_rows), tiles(grid.columns, INVOCATIONS / tile_rows)],
             nodes,

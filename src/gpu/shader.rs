@@ -100,10 +100,10 @@ macro_rules! kernels {
 pub const KERNELS: [Kernel; 8] = kernels! {
     // Forces of the elements, and motion of the nodes.
     Sweep "sweep" Tiles
-        ["element_force", "node_update", "kinematics", "membrane", "failure", "crossover", "coupled_newton",
+        ["element_force", "node_update", "kinematics", "membrane", "viscous_force", "failure", "crossover", "coupled_newton",
          "yarn_law", "yarn_curve", "arc_length", "shear", "cells", "sums", "supports", "projectile_shape", "rigid_body",
          "active_region"]
-        (VARIATIONAL PIVOT TERMS COMPRESSION CURVE SHEAR VISCOUS STRENGTH PROJECTILE EDGES GRADED FRAME BACKING TILE_ROWS)
+        (VARIATIONAL PIVOT TERMS COMPRESSION CURVE SHEAR VISCOUS RATE STRENGTH PROJECTILE EDGES GRADED FRAME BACKING TILE_ROWS)
         {Nodes Write, Cells Write, Tiles Write, Status Write, Events Write, Supports Write, Body Read,
          Candidates Write};
     // Contacts between plies, and their number at each node.
@@ -170,7 +170,7 @@ const WITHIN: f64 = 1e-3;
 const SHARE_UNIT: u32 = 1 << 20;
 
 /// Values of the pipeline-overridable constants, by name.
-pub fn constants(features: &Features, sizes: &Sizes) -> [(&'static str, f64); 21] {
+pub fn constants(features: &Features, sizes: &Sizes) -> [(&'static str, f64); 22] {
     let flag = |yes: bool| f64::from(u8::from(yes));
     [
         ("ROUNDOFF_TOLERANCE", NOISE),
@@ -183,6 +183,7 @@ pub fn constants(features: &Features, sizes: &Sizes) -> [(&'static str, f64); 21
         ("CURVE", features.curve as f64),
         ("SHEAR", flag(features.shear)),
         ("VISCOUS", flag(features.viscous)),
+        ("RATE", flag(features.rate)),
         ("STRENGTH", flag(features.strength)),
         ("PROJECTILE", flag(features.projectile)),
         ("FRICTION", flag(features.friction)),

@@ -216,8 +216,10 @@ pub struct Features {
     pub curve: usize,
     /// Trellis shear.
     pub shear: bool,
-    /// Yarns have shock viscosity.
+    /// Yarns have forces that hang on rates: of shock viscosity or of the rate of strain.
     pub viscous: bool,
+    /// Stress of the yarns depends on the rate of strain.
+    pub rate: bool,
     /// Pieces of yarn differ in strength.
     pub strength: bool,
     /// There is a projectile.
@@ -251,6 +253,7 @@ impl Features {
             curve: ply_types.iter().flat_map(|t| t.cell.yarn.map(|yarn| yarn.curve.count)).max().unwrap_or(0),
             shear: any(&|t| t.has_shear),
             viscous: any(&|t| t.viscous),
+            rate: any(&|t| t.element.rate.is_some()),
             strength: model.strength.is_some(),
             projectile: projectile.is_some(),
             friction: projectile.is_some() && model.friction > 0.0,

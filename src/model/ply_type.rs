@@ -10,7 +10,7 @@ use crate::model::time_step::{FEW, InitialStretch, LET_GO, STEP_OF_FEW, StepBoun
 use crate::model::{law_energy, layup};
 use crate::num::scalar::Scalar;
 use crate::physics::crossover::compression_energy;
-use crate::physics::kinematics::ElementConstants;
+use crate::physics::kinematics::{ElementConstants, RateConstants};
 use crate::physics::membrane::ShearConstants;
 use crate::physics::rigid_body::MirrorPlanes;
 use crate::physics::unit_cell_parameters::UnitCellParameters;
@@ -41,7 +41,7 @@ pub struct PlyType<S> {
     pub columns: Columns<S>,
     /// Energy that the unit-cell law makes by itself; `None`: none.
     pub law_energy: Option<Arc<LawEnergy>>,
-    /// Whether yarns have shock viscosity.
+    /// Whether yarns have forces that hang on rates: of shock viscosity or of the rate of strain.
     pub viscous: bool,
     /// Elements whose strains break a yarn together, of warp and weft.
     pub windows: [Windows; 2],
@@ -81,9 +81,15 @@ impl<S: Scalar> PlyType<S> {
         let free = Edges { left: Edge::Free, right: Edge::Free, bottom: Edge::Free, top: Edge::Free };
         let edges = layup::cut_edges(&mesh, if mesh.frame.opening == Opening::Mesh { layer.edges } else { free });
         let bound = StepBound::new(length, fabric.areal_density, &element, case.solver.shock_viscosity);
-        let viscous = case.solver.shock_viscosity > 0.0;
+        let bound = match element.rate {
+            // Such a yarn is stiffer by what the rate may add.
+            Some(rate) => bound.shortened((1.0 + 2.0 * rate.most).sqrt().recip(), "rate of strain"),
+            None => bound,
+        };
+        let damped = case.solver.shock_viscosity > 0.0;
+        let viscous = damped || element.rate.is_some();
         // Where a ply under tension is torn, it is let go. The paper's scheme keeps its own step.
-        let few = viscous && pack.pretension.is_some() && mesh.whole_counts().iter().product::<usize>() < FEW;
+        let few = damped && pack.pretension.is_some() && mesh.whole_counts().iter().product::<usize>() < FEW;
         let bound = match let_go(pack.pretension, pack.initial_deflection, layer.edges, mesh.whole_size()) {
             Some(set_by) => bound.shortened(LET_GO, set_by),
             None if few => bound.shortened(STEP_OF_FEW, "initial tension in few elements"),
@@ -208,6 +214,7 @@ fn element_constants(
         half_length: [0.5 * ly, 0.5 * lx],
         hourglass,
         viscosity,
+        rate: fabric.rate.map(|rate| RateConstants { c: rate.c, power: rate.p, most: rate.most() }),
         viscous_length: [VISCOUS_LENGTH * 2.0 * w1 / lx, VISCOUS_LENGTH * 2.0 * w2 / ly].map(|length| length.max(1.0)),
         per_steep: if solver.shock_viscosity > 0.0 { 1.0 / (solver.shock_viscosity * STEEP_FRONT) } else { 0.0 },
         mode_share: match solver.stretch_sampling {

@@ -192,6 +192,7 @@ mod tests {
             viscosity: [0.0; 2],
             viscous_length: [1.0; 2],
             per_steep: 0.0,
+            rate: None,
             mode_share: 0.0,
             cells: 1.0,
             area: LX * LY,

@@ -121,6 +121,8 @@ pub trait Real:
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
     /// An estimate of 1/∛x of a positive number within 6 %, from its exponent.
     fn inverse_cube_root_estimate(self) -> Self;
+    /// A number that is not below 0 to a power that is not either, lane by lane in single precision.
+    fn power(self, exponent: f64) -> Self;
     /// Zero.
     #[inline(always)]
     fn zero(self) -> Self {
@@ -262,6 +264,9 @@ macro_rules! scalar {
             #[inline(always)]
             fn select(mask: bool, yes: Self, no: Self) -> Self {
                 if mask { yes } else { no }
+            }
+            fn power(self, exponent: f64) -> Self {
+                libm::powf(self as f32, exponent as f32).into()
             }
             #[inline(always)]
             fn inverse_cube_root_estimate(self) -> Self {

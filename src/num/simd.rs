@@ -180,6 +180,10 @@ macro_rules! lanes {
             fn min(self, other: Self) -> Self {
                 Self(self.0.min(other.0))
             }
+            fn power(mut self, exponent: f64) -> Self {
+                self.0.as_mut_slice().iter_mut().for_each(|x| *x = x.power(exponent));
+                self
+            }
             #[inline(always)]
             fn inverse_cube_root_estimate(self) -> Self {
                 let third = (self.0.to_bits() >> $half) * $third;
@@ -291,6 +295,9 @@ impl<R: Real> Real for Pair<R> {
     #[inline(always)]
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self {
         Self(R::select(mask.0, yes.0, no.0), R::select(mask.1, yes.1, no.1))
+    }
+    fn power(self, exponent: f64) -> Self {
+        Self(self.0.power(exponent), self.1.power(exponent))
     }
     on_both! { sqrt() abs() inverse_cube_root_estimate() max(other) min(other) fused(factor, term) -> Self }
     on_both! { lt(other) le(other) -> Pair<R::Mask> }

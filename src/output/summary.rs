@@ -271,7 +271,7 @@ impl Energies {
             ("fabric, kinetic", end.kinetic),
             ("fabric, elastic", end.stored),
             ("hourglass", end.hourglass),
-            ("shock viscosity", end.viscous),
+            ("viscous forces", end.viscous),
             ("contact", end.contact),
             ("friction", end.friction),
             ("yarn failure", end.failure),

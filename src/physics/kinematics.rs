@@ -31,12 +31,25 @@ pub struct ElementConstants<R> {
     /// 1 over the stretch that a front adds while it crosses an element, and from which the viscosity of the whole length acts, over the
     /// coefficient of the viscosity [-].
     pub per_steep: R,
+    /// Stress of the yarns by the rate of strain; `None`: none.
+    pub rate: Option<RateConstants<R>>,
     /// Share of |q|² in Λ² [-]: ⅓ where stretches are means over the element, 0 where they are those at its centre.
     pub mode_share: R,
     /// Crossovers per element, and element area [m²], for energies.
     pub cells: R,
     /// [m²]
     pub area: R,
+}
+
+/// Law of Cowper and Symonds for the stress that the rate of strain adds.
+#[derive(Clone, Copy, Debug)]
+pub struct RateConstants<R> {
+    /// C [1/s].
+    pub c: R,
+    /// P [-].
+    pub power: f64,
+    /// Most that it adds, over the stress [-].
+    pub most: R,
 }
 
 impl<S: Scalar> ElementConstants<S> {
@@ -53,6 +66,7 @@ impl<S: Scalar> ElementConstants<S> {
             viscosity: pair(self.viscosity),
             viscous_length: pair(self.viscous_length),
             per_steep: to(self.per_steep),
+            rate: self.rate.map(|rate| RateConstants { c: to(rate.c), power: rate.power, most: to(rate.most) }),
             mode_share: to(self.mode_share),
             cells: to(self.cells),
             area: to(self.area),

@@ -13,4 +13,5 @@ pub mod projectile_body;
 pub mod projectile_shape;
 pub mod rigid_body;
 pub mod unit_cell_parameters;
+pub mod viscous_force;
 pub mod yarn_law;

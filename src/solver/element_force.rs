@@ -15,7 +15,8 @@ use crate::physics::coupled_newton::Predictor;
 use crate::physics::crossover::{self, Equilibrium};
 use crate::physics::kinematics::{ElementConstants, ElementGeometry};
 use crate::physics::kinematics::{Growth, Kinematics, Vector, differences, kinematics};
-use crate::physics::membrane::{FadedShear, membrane, mode_force, trellis_shear, viscous};
+use crate::physics::membrane::{FadedShear, membrane, mode_force, trellis_shear};
+use crate::physics::viscous_force;
 use crate::physics::yarn_law::Sinusoidal;
 use crate::solver::element_totals::{ElementRow, ElementTotals, RowMaxima, RowSums, corners, energies, field, release};
 
@@ -54,7 +55,7 @@ pub fn element_force<R: Real>(
         let elastic = yarns.elastic(&cell);
         let mut viscous = [n.zero(); 2];
         if let Some(fields) = &mut row.viscous {
-            let (force, energy) = viscous_forces(c, fields, &motion, &elastic, at, step);
+            let (force, energy) = viscous_forces(c, fields, row.rate.as_mut(), &motion, &elastic, at, step);
             sums.dissipated.add(energy, column);
             viscous = force;
         }
@@ -268,6 +269,7 @@ pub(super) struct Forces<R> {
 pub(super) fn viscous_forces<R: Real>(
     c: &ElementConstants<R>,
     fields: &mut [&mut [R::Scalar]; field::VISCOUS],
+    rate: Option<&mut [&mut [R::Scalar]; field::RATE]>,
     motion: &Motion<R>,
     elastic: &[R; 2],
     at: usize,
@@ -275,9 +277,15 @@ pub(super) fn viscous_forces<R: Real>(
 ) -> ([R; 2], R) {
     let Motion { size, k, v } = motion;
     let before = each!(i in 2 => dt.load(fields[i], at));
-    let viscous = viscous(c, size, k, v, elastic, before, dt);
+    let rate_before = rate.as_ref().map_or([dt.zero(); 2], |fields| each!(i in 2 => dt.load(fields[i], at)));
+    let viscous = viscous_force::viscous_forces(c, size, k, v, elastic, [before, rate_before], dt);
     for i in 0..2 {
         viscous.force[i].store(fields[i], at);
+    }
+    if let Some(fields) = rate {
+        for i in 0..2 {
+            viscous.rate[i].store(fields[i], at);
+        }
     }
     // N over the element's width times its length.
     let half = dt.splat_like(0.5);

@@ -171,8 +171,8 @@ impl ActiveRegion {
 pub struct State<S> {
     /// Displacement [m] and velocity [m/s] of the nodes, shape (plies·(rows + 1), 6, node stride); one more field with clay behind the pack.
     pub nodes: Rows<S>,
-    /// Forces, heights and life of the elements, shape (plies·rows, 17, element stride); two more fields with shock viscosity, and two
-    /// where failure is judged over a length.
+    /// Forces, heights and life of the elements, shape (plies·rows, 17, element stride); two more fields with viscous forces, two
+    /// where stress depends on the rate of strain, and two of strains.
     pub elements: Rows<S>,
     /// Nodes of each ply that may have moved.
     pub active: Vec<ActiveRegion>,
@@ -192,8 +192,10 @@ impl<S: Scalar> State<S> {
         let grid = &model.grid;
         let mut nodes =
             Rows::new(grid.node_rows(), node::COUNT + usize::from(model.backing.is_some()), grid.node_stride, 0);
-        let viscous = if model.features().viscous { element::VISCOUS } else { 0 };
-        let fields = element::COUNT + viscous + element::STRAIN;
+        let features = model.features();
+        let viscous = if features.viscous { element::VISCOUS } else { 0 };
+        let rate = if features.rate { element::RATE } else { 0 };
+        let fields = element::COUNT + viscous + rate + element::STRAIN;
         let mut elements = Rows::new(grid.element_rows(), fields, grid.element_stride, 1);
         let mut reach = Vec::with_capacity(grid.plies);
         for ply in 0..grid.plies {

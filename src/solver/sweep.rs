@@ -245,12 +245,14 @@ impl<S: Scalar> PlyPass<'_, S> {
         let (grid, ply_type) = (self.grid, self.ply_type);
         let stride = grid.element_stride;
         let (element, more) = element.split_at_mut(element::COUNT * stride);
-        let (viscous, strain) = more.split_at_mut(more.len() - element::STRAIN * stride);
+        let (more, strain) = more.split_at_mut(more.len() - element::STRAIN * stride);
+        let (viscous, rate) = more.split_at_mut(more.len().min(element::VISCOUS * stride));
         let mut row = ElementRow {
             below: split(below, grid.node_stride),
             above: split(above, grid.node_stride),
             element: split_mut(element, stride),
             viscous: ply_type.viscous.then(|| split_mut(viscous, stride)),
+            rate: ply_type.element.rate.is_some().then(|| split_mut(rate, stride)),
             strain: split_mut(strain, stride),
             height: ply_type.mesh.widths(row, 0)[1],
             width: &ply_type.columns.width,

@@ -10,7 +10,7 @@ use ripstop::gpu::{layout, shader};
 use ripstop::model::law_energy;
 use ripstop::model::{Model, layup};
 use ripstop::physics::{
-    arc_length, coupled_newton, crossover, kinematics, membrane, ply_contact, projectile_shape, yarn_law,
+    arc_length, coupled_newton, crossover, kinematics, membrane, ply_contact, projectile_shape, viscous_force, yarn_law,
 };
 use ripstop::solver::contact::{edge_contact, projectile_contact};
 use ripstop::solver::element_force;
@@ -74,7 +74,7 @@ fn expected() -> BTreeMap<&'static str, Vec<f64>> {
     let shared = constants! {
         layout: GROUP, INVOCATIONS, BODY_WORDS, STATUS_WORDS, NONE, FIXED_POINT_SCALE, LINES_ACROSS, LINE_TEXELS;
         status: BAD_STEP, EVENTS, FAILED, ERODED, UNCONVERGED, RESIDUAL, OVERFLOW, OVERFLOW_EDGES, COMPUTED, PLY_DEPTH, AT_LIMIT, REACH;
-        cell: YARNS, DRAG, STRAIN, CELL_FIELDS, HEIGHT_STEPS;
+        cell: YARNS, DRAG, STRAIN, CELL_FIELDS, RATE_FIELDS, HEIGHT_STEPS;
         sum: WORK, VISCOUS_WORK, EVALUATIONS, RELEASED, RELEASED_HOURGLASS, LAW_RELEASED, HALF_STEP, STORED,
             HOURGLASS_NOW, LAW_MADE, SOLVED, DEFLECTION, TENSION, LOAD, TILE_SUMS, KINETIC, FASTEST, MOMENTUM, SUPPORT,
             COVERED, PLY_LOSS, PLY_FRICTION_WORK, PLY_SEPARATION_WORK, CLAY_WORK, CLAY_DEPTH, SUMS;
@@ -93,6 +93,7 @@ fn expected() -> BTreeMap<&'static str, Vec<f64>> {
         kinematics: TINY;
         yarn_law: SHORTEST, RAMPS;
         arc_length: SERIES;
+        viscous_force: RATE_ITERATIONS;
     };
     let others = [
         ("SETTLED", 4_usize.numbers()),

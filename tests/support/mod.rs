@@ -122,6 +122,7 @@ pub(crate) fn fabric(yarns: [Yarn; 2], law: CurveLaw, gap: f64, compression: Opt
         crossover,
         shear: None,
         thickness: 3e-4,
+        rate: None,
     };
     Woven { fabric, law }
 }

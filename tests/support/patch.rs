@@ -215,6 +215,7 @@ fn rows<S: Scalar>(model: &Model<S>, state: &mut State<S>, dt: f64) -> Vec<Eleme
             above: split(nodes.row(row + 1), nodes.stride),
             element,
             viscous: None,
+            rate: None,
             strain,
             law_energy: None,
             height: ply_type.mesh.widths(row, 0)[1],

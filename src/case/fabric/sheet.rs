@@ -7,7 +7,9 @@ use serde_json::{Value, json};
 
 use super::super::error::short_number_text;
 use super::super::keys::split_unit;
-use super::{CaseError, LAYUP, Provenance};
+use super::super::pack::LAYUP;
+use super::place::COMMON;
+use super::{CaseError, Provenance};
 
 /// Keys that give a strength, and what the failure strain is then.
 const STRENGTHS: [(&str, &str); 4] = [
@@ -40,8 +42,8 @@ fn si(object: &Value, name: &str) -> f64 {
 /// A strength above what the modulus reaches, an areal density that leaves no crimp, or none where a crimp is left out.
 pub(in crate::case) fn derive(document: &mut Value, record: &Provenance) -> Result<(), CaseError> {
     let groups = document.pointer(LAYUP).and_then(Value::as_array).map_or(0, Vec::len);
-    let own = (0..groups).map(|group| format!("{LAYUP}/{group}{}", super::COMMON));
-    for place in once(super::COMMON.to_owned()).chain(own) {
+    let own = (0..groups).map(|group| format!("{LAYUP}/{group}{}", COMMON));
+    for place in once(COMMON.to_owned()).chain(own) {
         let Some(fabric) = document.pointer_mut(&place) else { continue };
         let present = ["warp", "weft"].into_iter().filter(|yarn| fabric[*yarn]["absent"] != true).collect::<Vec<_>>();
         let fibre_density = si(fabric, "fibre_density");

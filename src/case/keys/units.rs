@@ -12,7 +12,7 @@ use super::{CASE, keys};
 pub(in crate::case) struct Unit(pub(super) &'static str, f64, f64);
 
 /// Units by the ends of the names of their keys; of several that fit the first is meant.
-const UNITS: [(&str, Unit); 20] = [
+const UNITS: [(&str, Unit); 21] = [
     ("_deg", Unit("deg", PI, 180.0)),
     ("_mm", Unit("mm", 1.0, 1e3)),
     ("_mm_n13", Unit("mm·N^(1/3)", 1.0, 1e3)),
@@ -30,6 +30,7 @@ const UNITS: [(&str, Unit); 20] = [
     ("_dtex", Unit("dtex", 1.0, 1e7)),
     ("_per_inch", Unit("1/inch", 1e4, 254.0)),
     ("_per_cm", Unit("1/cm", 100.0, 1.0)),
+    ("_per_s", Unit("1/s", 1.0, 1.0)),
     ("_gpa", Unit("GPa", 1e9, 1.0)),
     ("_mpa", Unit("MPa", 1e6, 1.0)),
     ("_n_per_m", Unit("N/m", 1.0, 1.0)),
@@ -44,7 +45,7 @@ const POUND_FORCE: f64 = 44_482_216_152_605.0;
 type Spelled = (&'static str, f64, f64);
 
 /// Units of one quantity each. The unit of a key is among those of its quantity.
-const QUANTITIES: [&[Spelled]; 12] = [
+const QUANTITIES: [&[Spelled]; 13] = [
     &[("%", 1.0, 100.0)],
     &[
         ("mm", 1.0, 1e3),
@@ -79,6 +80,7 @@ const QUANTITIES: [&[Spelled]; 12] = [
     &[("kg/m3", 1.0, 1.0), ("g/cm3 g/cc", 1e3, 1.0), ("lb/in3", 45_359_237e4, 16_387_064.0)],
     &[("denier den", 1.0, 9e6), ("tex", 1.0, 1e6), ("dtex", 1.0, 1e7)],
     &[("/inch /in", 1e4, 254.0), ("/cm", 100.0, 1.0), ("/10cm", 10.0, 1.0), ("/m", 1.0, 1.0)],
+    &[("/s", 1.0, 1.0)],
     &[
         ("gpa", 1e9, 1.0),
         ("mpa n/mm2", 1e6, 1.0),

@@ -110,7 +110,7 @@ numbers! {
     }
 
     /// Fields of an element in a slot, and steps of a height to the sum of both.
-    cell { YARNS = 0, DRAG = 3, STRAIN = 5, CELL_FIELDS = 7, HEIGHT_STEPS = 0xff_ffff }
+    cell { YARNS = 0, DRAG = 3, STRAIN = 5, CELL_FIELDS = 7, RATE_FIELDS = 2, HEIGHT_STEPS = 0xff_ffff }
 
     /// Numbers of a node of a ply with clay behind it, after its vectors.
     clay { CRATER = 0, TAKEN = 1, INTO_CLAY = 2, CLAY_FIELDS = 3 }

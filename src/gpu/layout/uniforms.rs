@@ -48,12 +48,13 @@ shared! {
         compression_uncompressed: f32, compression_per_b: f32, min_stiffness: f32, roundoff_tolerance: f32,
         tolerance: f32, shear_g1: f32, shear_rise: f32, shear_gamma1: f32, shear_ramp: f32, shear_slope: f32,
         gradient: [f32; 2], membrane: [f32; 2], half_length: [f32; 2], hourglass: [f32; 2], viscosity: [f32; 2],
-        viscous_length: [f32; 2], per_steep: f32, mode_share: f32, failure_reach: [f32; 2], cells: f32, area: f32,
+        viscous_length: [f32; 2], per_steep: f32,
+        rate_c: f32, rate_power: f32, rate_most: f32, mode_share: f32, failure_reach: [f32; 2], cells: f32, area: f32,
         dt: f32, body_mass: f32, body_inertia: [f32; 3], body_radius: f32, body_bounding_radius: f32, body_nose: f32,
         body_back: f32, body_shoulder: f32, body_prescribed: u32, body_bar: u32, friction: f32, rim_depth: f32,
         profile_radius: f32, profile_count: u32, profile_flat: u32, profile_arc: f32, chisel: u32, chisel_half: f32,
         chisel_sine: f32, chisel_cosine: f32, chisel_slope: f32, chisel_corner: f32, points: u32, groups: u32,
-        body_held: u32, mirror: u32, constraints: u32, profile: [[f32; 4]; CORNERS],
+        body_held: u32, mirror: u32, constraints: u32, pad: u32, profile: [[f32; 4]; CORNERS],
     }
 
     /// One step.
@@ -171,6 +172,9 @@ fn element(ply_type: &PlyType<f32>) -> Scene {
         viscosity: c.viscosity,
         viscous_length: c.viscous_length,
         per_steep: c.per_steep,
+        rate_c: c.rate.map_or(0.0, |rate| rate.c),
+        rate_power: c.rate.map_or(0.0, |rate| rate.power as f32),
+        rate_most: c.rate.map_or(0.0, |rate| rate.most),
         mode_share: c.mode_share,
         failure_reach: single(ply_type.failure_reach.along),
         cells: c.cells,
@@ -299,12 +303,12 @@ pub fn plies(model: &Model<f32>) -> Vec<Ply> {
             shares_row: (lines_rows(model) + own.ply_type * frame_rows(model)) as u32,
             clay_gap,
             clay_rate,
+            clay_gain,
+            pad: [0; 3],
         }
     };
     (0..model.plies.len()).map(ply).collect()
 }
-            clay_gain,
-            pad: [0; 3],
 
 /// Constrained directions of the sides, three bits each: left, right, bottom, top.
 fn constrained(edges: &Edges) -> u32 {

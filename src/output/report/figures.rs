@@ -106,7 +106,7 @@ pub(crate) fn energy(run: &Run) -> Figure {
         ("friction", |row| row.balance.friction),
         ("contact", |row| row.balance.contact),
         ("hourglass", |row| row.balance.hourglass),
-        ("shock viscosity", |row| row.balance.viscous),
+        ("viscous forces", |row| row.balance.viscous),
         ("clay", |row| row.balance.backing),
         ("ply separation", |row| -row.balance.separation),
     ];

@@ -1,7 +1,7 @@
 //! States to compare kernels on: random and at the edges of what a run meets.
 
 use ripstop::case::{
-    Backing, BackingMaterial, Case, Edge, Frame, Grading, HitPlace, LinesFrom, Opening, Variability, YarnStrength,
+    Backing, BackingMaterial, Case, Edge, Frame, Grading, HitPlace, LinesFrom, Opening, Rate, Variability, YarnStrength,
 };
 use ripstop::model::Model;
 use ripstop::solver::element_force::BROKEN;
@@ -115,7 +115,7 @@ pub(super) fn element_scenes() -> Vec<Scene> {
 type Special = (&'static str, [usize; 2], u32, fn(&mut Case));
 
 /// Name, columns and rows, plies, change.
-const SPECIAL: [Special; 13] = [
+const SPECIAL: [Special; 14] = [
     ("a round window, graded", [15, 26], 2, |case| {
         grade(case, [3e-3, -2e-3], 4.0);
         frame(case, Opening::Round, 0.0);
@@ -136,6 +136,7 @@ const SPECIAL: [Special; 13] = [
         warp.curve = bent(warp.modulus, [[0.0, 0.0], [0.006, 0.003], [0.015, 0.012], [0.04, 0.022]]);
         weft.curve = bent(weft.modulus, [[0.0, 0.0], [0.004, 0.004], [0.02, 0.01], [0.05, 0.035]]);
     }),
+    ("stress by the rate of strain", [9, 5], 8, |case| case.fabric.rate = Some(Rate { c: 2e4, p: 5.0 })),
     ("graded", [13, 26], 8, |case| {
         grade(case, [3e-3, -2e-3], 4.0);
         case.pack.edges.left = Edge::Roller;
@@ -324,6 +325,10 @@ pub(super) fn random_elements(model: &Model<f32>, state: &mut State<f32>, random
         for viscous in 0..if model.features().viscous { element::VISCOUS } else { 0 } {
             let force = stands * 0.002 * ply_type.cell.yarn[viscous].stiffness;
             state.elements.set(row, element::COUNT + viscous, at, (drags.between(-1.0, 1.0) * force) as f32);
+        }
+        for yarn in 0..if model.features().rate { element::RATE } else { 0 } {
+            let added = stands * drags.between(0.0, 1.2);
+            state.elements.set(row, element::COUNT + element::VISCOUS + yarn, at, added as f32);
         }
         for yarn in 0..2 {
             // From slack to as far beyond failure as a step strains a yarn.

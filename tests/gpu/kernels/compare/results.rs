@@ -28,7 +28,8 @@ impl Pair<'_> {
                     _ if field >= expected.elements.fields - element::STRAIN => {
                         ("strain", failure_strain + number(expected, field).abs())
                     }
-                    _ => ("viscous force", viscous_force),
+                    field if field < element::COUNT + element::VISCOUS => ("viscous force", viscous_force),
+                    _ => ("rate of strain", 1.0),
                 };
                 let numbers = [number(got, field), number(expected, field), scale];
                 let place = || format!("step {}, row {row}, column {column}, field {field}", expected.step - 1);
