@@ -130,7 +130,7 @@ const ALIKE: &[Group] = &[Group::turned(0), Group::turned(0)];
 /// Name, columns and rows of the fabric of the patches, plies, state, change: every angle, fabric, edge and kind of contact.
 const PACKS: [Pack; 11] = [
     ("two free plies", [9, 8], ALIKE, Kind { holes: 0.1, ..PLAIN }, |_| {}),
-    ("plies against clay", [9, 8], ALIKE, PLAIN, |case| against_clay(case, 2e7)),
+    ("plies against clay", [9, 8], ALIKE, PLAIN, |case| against_clay(case, 2e7, None)),
     (
         "quarter turns, rollers",
         [9, 8],

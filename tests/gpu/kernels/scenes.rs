@@ -127,7 +127,7 @@ const SPECIAL: [Special; 14] = [
     ("only a part reached", [7, 6], 8, |_| {}),
     ("against clay", [9, 6], 3, |case| {
         case.pack.edges.left = Edge::Clamped;
-        against_clay(case, 2e7);
+        against_clay(case, 2e7, Some(2e-3));
     }),
     (WITHOUT_VISCOSITY, [7, 5], 8, |_| {}),
     ("yarns with curves", [11, 5], 8, |case| {
@@ -176,9 +176,8 @@ const SPECIAL: [Special; 14] = [
 ];
 
 /// Clay behind the pack. Of 20 MPa it takes about a quarter of the speeds of the scenes of elements in a step.
-pub(super) fn against_clay(case: &mut Case, pressure: f64) {
-    case.backing =
-        Some(Backing { material: BackingMaterial::Clay, gap: 0.01e-3, pressure, doubling_depth: Some(2e-3) });
+pub(super) fn against_clay(case: &mut Case, pressure: f64, doubling_depth: Option<f64>) {
+    case.backing = Some(Backing { material: BackingMaterial::Clay, gap: 0.01e-3, pressure, doubling_depth });
 }
 
 /// A frame whose opening is three quarters of the mesh, around its middle.

@@ -82,7 +82,7 @@ const SCENES: [Struck; 27] = [
     ("sphere on plies against clay, friction", SPHERE, &[], &[], |p, case| {
         oblique(p);
         case.pack.plies = 2;
-        against_clay(case, 2e6);
+        against_clay(case, 2e6, Some(2e-3));
     }),
     ("sphere under a weft", SPHERE, &[], &[Weft], |_, _| {}),
     ("sphere in a round window", SPHERE, &[], &[Held], |p, case| {
