@@ -57,10 +57,6 @@ fn list_members(local: u32) -> u32 {
         }
         touches[touch_number(t)].begin = first + before;
         touches[touch_number(t)].member = first + before + own;
-        // Every ply has a triangle of its own, with room for as many as there may be.
-        let most = 3u * scene.constraints;
-        let row = before + own;
-        touches[touch_number(t)].row = ply_number(ply) * (most * (most + 1u) / 2u) + row * (row + 1u) / 2u + before;
     }
     storageBarrier();
     for (var t = local; t < extent.y; t += WIDTH) {
@@ -68,7 +64,24 @@ fn list_members(local: u32) -> u32 {
         if (member != NONE) { members[member_number(member)] = t; }
     }
     storageBarrier();
-    return total;
+    // Rows of the matrix one after another, each from the first member of its block on.
+    var entries = 0u;
+    for (var base = 0u; base < total; base += WIDTH) {
+        let m = base + local;
+        var row = 0u;
+        if (m < total) { row = m + 1u - touches[touch_number(members[member_number(m)])].begin; }
+        let at = entries + sum_up_to(row, local) - row;
+        if (m < total) { touches[touch_number(members[member_number(m)])].row = matrix_number(at); }
+        entries += scan[WIDTH - 1u];
+        workgroupBarrier();
+    }
+    storageBarrier();
+    if (entries <= matrix_room()) { return total; }
+    // Where there is no room for them each stands alone: the run ends by its counter.
+    if (local == 0u) { atomicMax(&status[counter(OVERFLOW_EDGES)], entries / MATRIX_ROW); }
+    for (var t = local; t < extent.y; t += WIDTH) { touches[touch_number(t)].member = NONE; }
+    storageBarrier();
+    return 0u;
 }
 
 /// An entry of K [1/kg].

@@ -8,7 +8,7 @@
 //   in/out  points   array<Point>               nodes near it
 //   in/out  touches  array<Touch>               how many, in the first; where it may touch
 //   scratch members  array<u32>                 touches that share nodes, block by block
-//   scratch matrix   array<f32>    (plies, …)   K, then L: lower triangles by rows [1/kg]
+//   scratch matrix   array<f32>                 K, then L: lower triangles of blocks by rows [1/kg]
 // Twin: src/solver/contact/projectile_contact.rs
 
 @group(1) @binding(0) var<storage, read_write> nodes: array<f32>;

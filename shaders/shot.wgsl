@@ -59,5 +59,13 @@ fn touch_number(at: u32) -> u32 { return touch_head() + 1u + at; }
 /// Place of a member of the shot in `members`: three for each point of the rim that a ply has room for.
 fn member_number(member: u32) -> u32 { return shot.number * (2u * scene.plies * 3u * scene.constraints) + member; }
 
+/// Entries of a row of `matrix` that there is room for in the mean: rows begin with the first member of their block, and most blocks are short.
+const MATRIX_ROW: u32 = 32u;
+
+fn matrix_room() -> u32 { return scene.plies * 3u * scene.constraints * MATRIX_ROW; }
+
+/// Place of an entry of the shot in `matrix`.
+fn matrix_number(entry: u32) -> u32 { return shot.number * matrix_room() + entry; }
+
 /// Place of the block of a member there, while members are sorted.
 fn block_number(member: u32) -> u32 { return member_number(scene.plies * 3u * scene.constraints + member); }

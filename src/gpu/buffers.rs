@@ -3,8 +3,8 @@
 use super::DeviceError;
 use super::layout::{
     BODY_WORDS, CONTACT_GROUPS, CONTACT_WORDS, CONTACT_WORK_FIELDS, EVENT_WORDS, IMPULSE_FIELDS, INVOCATIONS,
-    LINES_ACROSS, Line, NODE_FIELDS, POINT_WORDS, REACH_WORDS, SHOTS, STATE_SLOTS, STATUS_WORDS, STRENGTH_FIELDS,
-    TOUCH_WORDS, cell, clay, sum, texture_rows,
+    LINES_ACROSS, Line, MATRIX_ROW, NODE_FIELDS, POINT_WORDS, REACH_WORDS, SHOTS, STATE_SLOTS, STATUS_WORDS,
+    STRENGTH_FIELDS, TOUCH_WORDS, cell, clay, sum, texture_rows,
 };
 use crate::model::Model;
 
@@ -87,7 +87,7 @@ buffers! {
     Touches = "touches",
     /// Touching places that share nodes, shape (plies, most of a ply).
     Members = "members",
-    /// Equations of those, a triangle for each ply.
+    /// Equations of those, block by block.
     Matrix = "matrix",
 }
 
@@ -210,7 +210,7 @@ impl Sizes {
             BufferId::Impulses => [IMPULSE_FIELDS, meeting],
             BufferId::Touches => [1, TOUCH_WORDS * (self.points + self.plies * self.constraints + 1)],
             BufferId::Members => [1, (2 * self.plies * members).max(1)],
-            BufferId::Matrix => [1, (self.plies * members * (members + 1) / 2).max(1)],
+            BufferId::Matrix => [1, (self.plies * members * u64::from(MATRIX_ROW)).max(1)],
         }
     }
 

@@ -84,6 +84,9 @@ pub(crate) const REACH_WORDS: u64 = 4;
 pub const POINT_WORDS: u64 = 32;
 /// Words of a place where the projectile may touch. One more such place precedes those of a shot.
 pub const TOUCH_WORDS: u64 = 32;
+/// Entries of a row of the equations of points that share nodes that there is room for in the mean. Measured: 6 at most, under a face of 20 mm,
+/// in a torn ply and in packs.
+pub const MATRIX_ROW: u32 = 32;
 /// Words of a failure event.
 pub const EVENT_WORDS: u64 = size_of::<Event>() as u64 / 4;
 /// Words of the counters.

@@ -162,8 +162,9 @@ fn verification(device: &'static Device) -> Outcome {
             found.push(format!("{:?} for {:?}", gpu.outcome, cpu.outcome));
         }
         // Momentum errors are over the net impulse of the supports, which in a free vibration comes back to nothing, and in a strip that is
-        // pulled slowly is the small rest of large ones: 5e-3 in single precision on the processor, too.
-        if case.projectile.is_some() && !name.contains("strip-pulled") {
+        // pulled slowly is the small rest of large ones: up to 5e-3 in single precision on the processor, too.
+        let is_slow = ["strip-pulled", "rate-of-strain"].iter().any(|slow| name.contains(slow));
+        if case.projectile.is_some() && !is_slow {
             found.extend(within(&gpu, 1.0, momentum).err());
         }
         wrong.extend(found.into_iter().map(|line| format!("{}: {line}", case.name)));
