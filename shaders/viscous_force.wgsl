@@ -1,7 +1,7 @@
-// viscous_force: forces of yarns that hang on rates: shock viscosity, and what the rate of strain adds to a stress.
+// viscous_force: forces of yarns that depend on rates: shock viscosity, and what the rate of strain adds to a stress.
 // Twin: src/physics/viscous_force.rs
 
-/// Forces of an element's yarns that hang on rates.
+/// Forces of an element's yarns that depend on rates.
 struct Viscous {
     /// Of shock viscosity and of the rate of strain, now [N].
     force: vec2<f32>,

@@ -69,7 +69,7 @@ impl Backing {
 /// Part of the speed at the start that clay may take of a node in a step: below it clay stops the node, and resists what follows only in part.
 const TAKEN: f64 = 0.05;
 
-/// Depth of a crater that is deep [m]: the step is short enough for the pressure there.
+/// Depth down to which the step is short enough for the pressure [m].
 const DEEP: f64 = 0.05;
 
 impl Case {

@@ -216,7 +216,7 @@ pub struct Features {
     pub curve: usize,
     /// Trellis shear.
     pub shear: bool,
-    /// Yarns have forces that hang on rates: of shock viscosity or of the rate of strain.
+    /// Yarns have forces that depend on rates: of shock viscosity or of the rate of strain.
     pub viscous: bool,
     /// Stress of the yarns depends on the rate of strain.
     pub rate: bool,

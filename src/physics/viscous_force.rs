@@ -1,11 +1,11 @@
-//! Forces of yarns that hang on rates: shock viscosity, and what the rate of strain adds to a stress.
+//! Forces of yarns that depend on rates: shock viscosity, and what the rate of strain adds to a stress.
 
 use crate::num::scalar::{Real, each};
 use crate::physics::coupled_newton::LEAST_STRAIN;
 use crate::physics::kinematics::{ElementConstants, ElementGeometry, Growth, Kinematics, RateConstants, TINY, dot};
 use crate::physics::yarn_law::YarnConstants;
 
-/// Forces of the yarns that hang on rates: what they are now, and the work of those at the last and at this step on the stretch in between.
+/// Forces of the yarns that depend on rates: what they are now, and the work of those at the last and at this step on the stretch in between.
 pub(crate) struct Viscous<R> {
     /// Of shock viscosity and of the rate of strain, now [N].
     pub(crate) force: [R; 2],

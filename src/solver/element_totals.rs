@@ -28,7 +28,7 @@ pub mod field {
     pub const ALIVE: usize = 15;
     /// Number of fields.
     pub const COUNT: usize = 17;
-    /// Further fields where yarns have forces that hang on rates, of shock viscosity or of the rate of strain: viscous forces of warp and weft [N].
+    /// Further fields where yarns have forces that depend on rates, of shock viscosity or of the rate of strain: viscous forces of warp and weft [N].
     pub const VISCOUS: usize = 2;
     /// Further fields where their stress depends on the rate of strain: what that adds, over the stress, of warp and weft [-].
     pub const RATE: usize = 2;

@@ -100,13 +100,13 @@ fn choice(device: &'static Device) -> Outcome {
     Ok(())
 }
 
-/// A thousand shots of a quarter of a ply fit into 8 GB; a batch is as large as its largest buffer and the memory allow.
+/// A thousand shots of a quarter of a ply fit into 1.2 GB; a batch is as large as its largest buffer and the memory allow.
 fn thousand() -> Result<(), libtest_mimic::Failed> {
     let model = Model::part(&shipped("cases/s720-1ply-155.json", &[])).unwrap();
     assert_eq!(model.planes.copies(), 4);
     let sizes = Sizes::new(&model);
     let all = sizes.with_shots(1000);
-    assert!(all.planned() < 8_000_000_000, "{} bytes", all.planned());
+    assert!(all.planned() < 1_200_000_000, "{} bytes", all.planned());
     assert_eq!(all.total(), 1000 * sizes.total());
     assert!(all.planned() > all.total(), "buffers that results are fetched through count too");
     let portable = Device::noop().limits();
@@ -129,10 +129,11 @@ fn refused() -> Result<(), libtest_mimic::Failed> {
     let large = ["/pack/width_mm=2500", "/pack/height_mm=2500"];
     let [columns, rows] = builtin(CASE, &large).pack.mesh.count.map(|count| count as u64 + 1);
     assert_eq!(refused(&large), ("nodes", 48 * rows * columns, 128 << 20));
-    // The equations of an edge grow with the square of its length.
-    let wide = ["/projectile/diameter_mm=60", "/projectile/offset_mm=[0,0]", "/pack/plies=12"];
+    // The equations of a long edge in twelve plies fit: they lie block by block.
+    let sets = ["/projectile/diameter_mm=60", "/projectile/offset_mm=[0,0]", "/pack/plies=12"];
     let edges = ["/solver/contact_sampling=edges", "/pack/width_mm=80", "/pack/height_mm=80"];
-    assert_eq!(refused(&[wide, edges].concat()).0, "matrix");
+    let wide = builtin(CASE, &[sets, edges].concat());
+    assert!(DeviceSimulation::with_skips(&wide, &device, Skips::WHOLE).is_ok());
     Ok(())
 }
 

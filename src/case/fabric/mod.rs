@@ -64,12 +64,12 @@ pub struct Rate {
     /// C, the rate at which stress has doubled; assumed unless `sources` has this very key [1/s].
     #[schemars(rename = "c_per_s", range(min = 1e-12, max = 1e15), extend("own_source" = true))]
     pub c: f64,
-    /// P; assumed unless `sources` has this very key.
+    /// P: stress rises with the power 1/P of the rate; assumed unless `sources` has this very key.
     #[schemars(range(min = 1, max = 100), extend("own_source" = true))]
     pub p: f64,
 }
 
-/// Fastest strain that the law of the rate knows: what is faster has its stress [1/s]. Tests reach a tenth of that.
+/// Fastest strain that the law of the rate knows: what is faster has its stress [1/s].
 const FASTEST: f64 = 1e5;
 
 /// Most that the rate may add to a stress, over the stress [-].

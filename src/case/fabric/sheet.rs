@@ -42,7 +42,7 @@ fn si(object: &Value, name: &str) -> f64 {
 /// A strength above what the modulus reaches, an areal density that leaves no crimp, or none where a crimp is left out.
 pub(in crate::case) fn derive(document: &mut Value, record: &Provenance) -> Result<(), CaseError> {
     let groups = document.pointer(LAYUP).and_then(Value::as_array).map_or(0, Vec::len);
-    let own = (0..groups).map(|group| format!("{LAYUP}/{group}{}", COMMON));
+    let own = (0..groups).map(|group| format!("{LAYUP}/{group}{COMMON}"));
     for place in once(COMMON.to_owned()).chain(own) {
         let Some(fabric) = document.pointer_mut(&place) else { continue };
         let present = ["warp", "weft"].into_iter().filter(|yarn| fabric[*yarn]["absent"] != true).collect::<Vec<_>>();
