@@ -3,7 +3,7 @@
 //                                  in 24 bits each, `dh_dstretch` over that sum as floats of 14 bits, `force_share` in 9 bits each; of warp
 //                                  and weft: viscous forces [N], strains that failure is judged by [-]
 //                then  (2, E)      failure strains over the fabric's [-], where strength varies
-//                then  (2, 2, E)   what the rate of strain adds to the tensions, over those [-], in two slots, where it does
+//                then  (2, 2, E)   overstress of the rate of strain over the tensions [-], in two slots, where there is one
 // Needs `cells`.
 // Twin: `cell` of src/gpu/layout/mod.rs, `node_stands` of src/solver/state.rs, `edge_stands` of src/solver/contact/projectile_points.rs
 

@@ -17,7 +17,7 @@ fn stored_energy(size: ElementGeometry, tension: vec2<f32>, strain: vec2<f32>, f
     return size.cells * (warp + weft + compression_energy(force)) + size.area * shear;
 }
 
-/// Field after both slots, of what the rate of strain adds in one of them.
+/// Field after both slots of the overstress in one of them.
 fn rate_field(slot: u32) -> u32 { return select(0u, 2u, STRENGTH) + RATE_FIELDS * slot; }
 
 fn put_pair(slot: u32, field: u32, element: u32, value: vec2<f32>) {
@@ -109,7 +109,7 @@ fn judge(element: u32, stretch: vec2<f32>, cell: Equilibrium, was_alive: vec2<bo
 struct Forces {
     /// Viscous forces of the yarns [N].
     drag: vec2<f32>,
-    /// What the rate of strain adds to a tension, over that.
+    /// Overstress of the rate of strain over the tension.
     rate: vec2<f32>,
     dissipated: f32,
     /// Trellis shear, had the element two yarns.

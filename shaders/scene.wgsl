@@ -22,9 +22,9 @@ override COMPRESSION: bool = true;
 override CURVE: u32 = 0u;
 /// Whether the fabric resists trellis shear.
 override SHEAR: bool = true;
-/// Whether yarns have forces that depend on rates: of shock viscosity or of the rate of strain.
+/// Yarns have forces that depend on rates: of shock viscosity or of the rate of strain.
 override VISCOUS: bool = true;
-/// Whether stress of the yarns depends on the rate of strain.
+/// Stress of the yarns depends on the rate of strain.
 override RATE: bool = false;
 /// Whether pieces of yarn differ in strength.
 override STRENGTH: bool = true;

@@ -5,7 +5,7 @@
 struct Viscous {
     /// Of shock viscosity and of the rate of strain, now [N].
     force: vec2<f32>,
-    /// What the rate of strain adds to a tension, over that.
+    /// Overstress of the rate of strain over the tension.
     rate: vec2<f32>,
     /// Work since the last step over ½ of the element's length times its yarns [N].
     work: vec2<f32>,
@@ -13,9 +13,9 @@ struct Viscous {
 
 const RATE_ITERATIONS: u32 = 3u;
 
-/// What the rate of strain adds to the tensions T of the yarns, over those: dx/dt = k/T (de/dt - C x^P), implicitly. `growth` of the stretches
+/// Overstress of the rate of strain over the tensions T of the yarns: dx/dt = k/T (de/dt - C x^P), implicitly. `growth` of the stretches
 /// in this step; `before`: at the last step.
-fn added_by_rate(tension: vec2<f32>, growth: vec2<f32>, before: vec2<f32>) -> vec2<f32> {
+fn overstress(tension: vec2<f32>, growth: vec2<f32>, before: vec2<f32>) -> vec2<f32> {
     let zero = vec2<f32>(0.0);
     let yarns = vec2<f32>(scene.warp_stiffness, scene.weft_stiffness);
     let per_rest = 1.0 / (1.0 + vec2<f32>(scene.warp_crimp, scene.weft_crimp));
@@ -47,7 +47,7 @@ fn viscous_forces(
     let zero = vec2<f32>(0.0);
     let stiffness = vec2<f32>(scene.warp_stiffness, scene.weft_stiffness);
     var added = zero;
-    if (RATE) { added = added_by_rate(elastic, grown.along, rate_before); }
+    if (RATE) { added = overstress(elastic, grown.along, rate_before); }
     let force = select(max(stiffness * viscosity * rate + added * elastic, -elastic), zero, elastic <= zero);
     // The same rate along the directions of the last step, from Λ² - 1 there.
     let now = 1.0 + k.stretch;

@@ -50,7 +50,7 @@ const DROP_TEST: [f64; 4] = [1.043, 0.03175, 2.0, 0.019];
 const GRAVITY: f64 = 9.80665;
 
 impl Backing {
-    /// What the pressure gains with the depth, over that at the surface [1/m].
+    /// Gain of the pressure with the depth, over that at the surface [1/m].
     pub fn gain(&self) -> f64 {
         self.doubling_depth.map_or(0.0, |depth| 1.0 / depth)
     }

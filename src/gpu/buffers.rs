@@ -55,7 +55,7 @@ buffers! {
     /// Displacement and velocity, shape (slots, 6, nodes); then, with clay behind the pack, what that has of a node, shape (3, nodes).
     Nodes = "nodes",
     /// What elements keep from step to step, shape (slots, 7, elements); then strengths, shape (2, elements), where those vary; then, where stress
-    /// depends on the rate of strain, what that adds, shape (slots, 2, elements).
+    /// depends on the rate of strain, its overstress, shape (slots, 2, elements).
     Cells = "cells",
     /// Sums of tiles, shape (tiles, 14).
     Tiles = "tiles",

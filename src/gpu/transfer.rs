@@ -122,17 +122,16 @@ impl DeviceStepper<'_> {
         });
         put(fields(elements.fields - element::STRAIN..elements.fields));
         let mut words = words.repeat(STATE_SLOTS as usize);
-        let added = elements.fields - element::STRAIN - element::RATE..elements.fields - element::STRAIN;
-        let added: Vec<u32> = match self.features.rate {
-            true => fields(added).into_iter().map(f32::to_bits).collect(),
-            false => Vec::new(),
-        };
         if let Some(strength) = &model.strength {
             let rows = self.grid.element_rows();
             let places = (0..2 * rows).flat_map(|at| (0..columns).map(move |column| (at % rows, at / rows, column)));
             words.extend(places.map(|(row, yarn, column)| (strength.factor(row, yarn, column) as f32).to_bits()));
         }
-        words.extend(added.repeat(STATE_SLOTS as usize));
+        if self.features.rate {
+            let strains = elements.fields - element::STRAIN;
+            let overstress = fields(strains - element::RATE..strains);
+            words.extend(overstress.repeat(STATE_SLOTS as usize).into_iter().map(f32::to_bits));
+        }
         words
     }
 
@@ -182,8 +181,8 @@ impl DeviceStepper<'_> {
                     set(viscous, bytemuck::cast_slice(field(cell::DRAG)));
                     if self.features.rate {
                         let from_end = (STATE_SLOTS as usize - slot) * cell::RATE_FIELDS * count;
-                        let added = &words[words.len() - from_end..];
-                        set(strains - element::RATE..strains, bytemuck::cast_slice(added));
+                        let overstress = bytemuck::cast_slice(&words[words.len() - from_end..]);
+                        set(strains - element::RATE..strains, overstress);
                     }
                     set(strains..strains + element::STRAIN, bytemuck::cast_slice(field(cell::STRAIN)));
                 }

@@ -41,7 +41,7 @@ pub struct PlyType<S> {
     pub columns: Columns<S>,
     /// Energy that the unit-cell law makes by itself; `None`: none.
     pub law_energy: Option<Arc<LawEnergy>>,
-    /// Whether yarns have forces that depend on rates: of shock viscosity or of the rate of strain.
+    /// Yarns have forces that depend on rates: of shock viscosity or of the rate of strain.
     pub viscous: bool,
     /// Elements whose strains break a yarn together, of warp and weft.
     pub windows: [Windows; 2],

@@ -9,7 +9,7 @@ use crate::physics::yarn_law::YarnConstants;
 pub(crate) struct Viscous<R> {
     /// Of shock viscosity and of the rate of strain, now [N].
     pub(crate) force: [R; 2],
-    /// What the rate of strain adds to a tension, over that [-].
+    /// Overstress of the rate of strain over the tension [-].
     pub(crate) rate: [R; 2],
     /// Work since the last step over ½ of the element's length times its yarns [N], warp and weft: (V⁻ ΔΛ⁻ + V⁺ ΔΛ⁺).
     pub(crate) work: [R; 2],
@@ -40,7 +40,7 @@ pub(crate) fn viscous_forces<R: Real>(
         let shock = yarn.stiffness * viscosity * rate;
         let (force, added) = match &c.rate {
             Some(law) => {
-                let added = added_by_rate(law, yarn, elastic[i], grown.along[i], rate_before[i], dt);
+                let added = overstress(law, yarn, elastic[i], grown.along[i], rate_before[i], dt);
                 (added.fused(elastic[i], shock), added)
             }
             None => (shock, zero),
@@ -63,19 +63,12 @@ pub(crate) fn viscous_forces<R: Real>(
 /// Newton steps for the part of the rate of strain. The first ends at the root or above it; what is missed then is made up in the next time step.
 pub const RATE_ITERATIONS: usize = 3;
 
-/// What the rate of strain adds to a tension T, over that, x [-]. The force x T yields at the rate C x^P, so that at a steady rate ε̇ it is
+/// Overstress of the rate of strain over the tension T, x [-]. The force x T yields at the rate C x^P, so that at a steady rate ε̇ it is
 /// T (ε̇/C)^(1/P), and reaches that over a spring k, the most that it adds to the stiffness: ẋ = k/T (ε̇ − C x^P). So no rate, however it
 /// changes from step to step, makes a yarn stiffer than the time step is for, and over any cycle it takes energy: a yarn that shortens loses x
 /// at least as fast with the strain as it has got it. `growth` of the stretch in this step [-]; `before`: x at the last step.
 #[inline(always)]
-fn added_by_rate<R: Real>(
-    law: &RateConstants<R>,
-    yarn: &YarnConstants<R>,
-    tension: R,
-    growth: R,
-    before: R,
-    dt: R,
-) -> R {
+fn overstress<R: Real>(law: &RateConstants<R>, yarn: &YarnConstants<R>, tension: R, growth: R, before: R, dt: R) -> R {
     let (zero, one) = (dt.zero(), dt.one());
     let stiffness = law.most * yarn.stiffness / tension.max(yarn.stiffness * dt.splat_like(LEAST_STRAIN));
     // x + B x^P = trial, implicitly.
@@ -137,12 +130,12 @@ mod tests {
         let c = constants();
         let law = RateConstants { c: 1e3, power: 5.0, most: 2.5 };
         let yarn = &c.cell.yarn[0];
-        let of = |growth: f64, dt: f64, before: f64| added_by_rate(&law, yarn, 100.0, growth, before, dt);
+        let of = |growth: f64, dt: f64, before: f64| overstress(&law, yarn, 100.0, growth, before, dt);
         let spring = 2.5 * yarn.stiffness / 100.0;
         for growth in [1e-4, -1e-4] {
             assert!((of(growth, 1e-15, 0.5) / (0.5 + spring * yarn.per_rest * growth) - 1.0).abs() < 1e-6);
         }
-        assert_eq!([of(-1.0, 1e-15, 0.5), added_by_rate(&law, yarn, 0.0, 1e-4, 0.5, 1e-15)], [0.0; 2]);
+        assert_eq!([of(-1.0, 1e-15, 0.5), overstress(&law, yarn, 0.0, 1e-4, 0.5, 1e-15)], [0.0; 2]);
         // Held, x^−4 grows by 4 k C t/T.
         let mut held = 0.8;
         (0..20_000).for_each(|_| held = of(0.0, 1e-10, held));

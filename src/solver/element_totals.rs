@@ -30,7 +30,7 @@ pub mod field {
     pub const COUNT: usize = 17;
     /// Further fields where yarns have forces that depend on rates, of shock viscosity or of the rate of strain: viscous forces of warp and weft [N].
     pub const VISCOUS: usize = 2;
-    /// Further fields where their stress depends on the rate of strain: what that adds, over the stress, of warp and weft [-].
+    /// Further fields where their stress depends on the rate of strain: overstress over the stress, of warp and weft [-].
     pub const RATE: usize = 2;
     /// Further fields, the last ones: strains of warp and weft that failure is judged by [-], 0 where slack, broken ones [`BROKEN`](crate::solver::element_force::BROKEN).
     pub const STRAIN: usize = 2;
@@ -46,7 +46,7 @@ pub struct ElementRow<'a, S> {
     pub element: [&'a mut [S]; field::COUNT],
     /// Viscous forces of warp and weft [N], stored as the fields are; `None`: the yarns have none.
     pub viscous: Option<[&'a mut [S]; field::VISCOUS]>,
-    /// What the rate of strain adds to a tension, over that [-], stored as the fields are; `None`: it adds nothing.
+    /// Overstress of the rate of strain over the tension [-], stored as the fields are; `None`: there is none.
     pub rate: Option<[&'a mut [S]; field::RATE]>,
     /// Strains of warp and weft that failure is judged by [-], stored as the fields are.
     pub strain: [&'a mut [S]; field::STRAIN],

@@ -76,7 +76,7 @@ const FASTEST: f64 = 1e5;
 const MOST_OF_RATE: f64 = 9.0;
 
 impl Rate {
-    /// What the rate adds to a stress at most, over the stress [-].
+    /// Largest overstress of the rate over the stress [-].
     pub fn most(&self) -> f64 {
         (FASTEST / self.c).powf(1.0 / self.p)
     }
