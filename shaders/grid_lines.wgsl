@@ -57,12 +57,15 @@ fn in_frame(ply: u32, field: u32, place: vec2<u32>) -> f32 {
     return textureLoad(grid_lines, texel, 0)[at % 4u];
 }
 
+/// Whether a frame cuts or holds plies of the pack elsewhere than at the sides of their meshes. Of any ply it says the same.
+fn is_framed(ply: u32) -> bool { return FRAME && plies[ply].shares_row > 0u; }
+
 /// Whether an element is there: a frame leaves none outside its opening.
-fn is_present(ply: u32, place: vec2<u32>) -> bool { return !FRAME || in_frame(ply, PRESENCE, place) > 0.0; }
+fn is_present(ply: u32, place: vec2<u32>) -> bool { return !is_framed(ply) || in_frame(ply, PRESENCE, place) > 0.0; }
 
 /// The part of the mass of an inner node of the finest elements that a node of a graded mesh, or in a frame, has [-].
 fn mass_share(ply: u32, place: vec2<u32>) -> f32 {
-    if (FRAME) { return abs(in_frame(ply, SHARES, place)); }
+    if (is_framed(ply)) { return abs(in_frame(ply, SHARES, place)); }
     return line_at(ply, 0u, place.y).share * line_at(ply, 1u, place.x).share;
 }
 

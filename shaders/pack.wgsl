@@ -37,7 +37,7 @@ struct Ply {
     span: u32,
     /// Longest side of any element [m].
     longest: f32,
-    /// Row of the table of lines where the shares of the nodes of its type begin.
+    /// Row of the table of lines where the shares of the nodes of its type begin, 0: no ply of the pack is in a frame.
     shares_row: u32,
     /// Gap to the clay behind it [m], the pressure of that over its areal density [m/s²], 0: there is none, and what this gains with the
     /// depth, over it [1/m].
@@ -116,7 +116,7 @@ fn held(ply: u32, place: vec2<u32>) -> u32 {
     bits |= select(0u, sides >> 3u, place.y == plies[ply].columns);
     bits |= select(0u, sides >> 6u, place.x == 0u);
     bits |= select(0u, sides >> 9u, place.x == plies[ply].rows);
-    if (FRAME) { bits |= select(0u, 7u, in_frame(ply, SHARES, place) <= 0.0); }
+    if (is_framed(ply)) { bits |= select(0u, 7u, in_frame(ply, SHARES, place) <= 0.0); }
     return bits & 7u;
 }
 
@@ -128,7 +128,7 @@ fn edges(ply: u32, place: vec2<u32>) -> u32 {
 }
 
 fn node_mass(ply: u32, place: vec2<u32>) -> f32 {
-    if (GRADED || FRAME) { return plies[ply].mass * mass_share(ply, place); }
+    if (GRADED || is_framed(ply)) { return plies[ply].mass * mass_share(ply, place); }
     let count = edges(ply, place);
     return plies[ply].mass * select(select(1.0, 0.5, count == 1u), 0.25, count == 2u);
 }
@@ -138,7 +138,7 @@ fn inverse_mass(ply: u32, place: vec2<u32>) -> vec3<f32> {
     let count = edges(ply, place);
     let edge = select(plies[ply].inverse_inner, plies[ply].inverse_edge, count == 1u);
     var inverse = select(edge, plies[ply].inverse_corner, count == 2u);
-    if (GRADED || FRAME) { inverse = plies[ply].inverse_inner / mass_share(ply, place); }
+    if (GRADED || is_framed(ply)) { inverse = plies[ply].inverse_inner / mass_share(ply, place); }
     let bits = vec3<u32>(held(ply, place)) & vec3<u32>(1u, 2u, 4u);
     return select(vec3<f32>(inverse), vec3<f32>(0.0), bits != vec3<u32>(0u));
 }
@@ -220,6 +220,9 @@ fn clay_word(which: u32, node: u32) -> u32 { return node_word(2u, which, node); 
 
 /// Whether a ply has clay behind it.
 fn has_clay(ply: u32) -> bool { return BACKING && 0.0 < plies[ply].clay_rate; }
+
+/// Whether any node of the pack may be held, not those on the sides of plies alone: there is a frame, or clay.
+fn any_may_be_held() -> bool { return is_framed(0u) || has_clay(scene.plies - 1u); }
 
 /// Velocity of a node before the forces of this step, less what clay took since, which is no force [m/s].
 fn velocity_before(ply: u32, node: u32) -> vec3<f32> {

@@ -172,7 +172,7 @@ fn friction_share(local: u32) -> f32 {
             // At most, in any direction across the normal.
             let turned = square / min(scene.body_inertia_x, scene.body_inertia_y)
                 + (square - squared(dot(arm.xyz, axis))) / scene.body_inertia_z;
-            part[0] += arm.w * (1.0 / scene.body_mass + select(0.0, turned, ROTATION));
+            part[0] += arm.w * (1.0 / scene.body_mass + select(0.0, turned, may_turn()));
         }
     }
     reduce(&part, 1u, local);
@@ -207,7 +207,7 @@ fn update_friction(share: f32, local: u32) -> bool {
     if (local == 0u && scene.body_prescribed == 0u) {
         let linear = in_planes(vec3<f32>(result[0], result[1], result[2])) / scene.body_mass;
         var angular = vec3<f32>(0.0);
-        if (ROTATION) {
+        if (may_turn()) {
             angular = angular_velocity(body.orientation, about_planes(vec3<f32>(result[3], result[4], result[5])));
         }
         for (var a = 0u; a < 3u; a++) {
@@ -235,7 +235,7 @@ fn solve(local: u32) {
             break;
         }
     }
-    if (FRICTION) {
+    if (scene.friction > 0.0) {
         let share = friction_share(local);
         for (var sweep = 0u; sweep < FRICTION_SWEEPS; sweep++) {
             if (!update_friction(share, local)) { break; }

@@ -99,7 +99,7 @@ fn about_planes(v: vec3<f32>) -> vec3<f32> {
 fn direction_of(along: vec3<f32>, arm: vec3<f32>) -> array<f32, 6> {
     let normal = in_planes(along);
     var turn = vec3<f32>(0.0);
-    if (ROTATION) { turn = about_planes(cross(arm, along) / scene.body_bounding_radius); }
+    if (may_turn()) { turn = about_planes(cross(arm, along) / scene.body_bounding_radius); }
     return array<f32, 6>(normal.x, normal.y, normal.z, turn.x, turn.y, turn.z);
 }
 
@@ -129,7 +129,7 @@ fn solve_motion() {
     for (var i = 0u; i < 6u; i++) { x[i] = result[21u + i]; }
     for (var i = 0u; i < 3u; i++) { a[i * (i + 1u) / 2u + i] += scene.body_mass; }
     var size = 3u;
-    if (ROTATION) {
+    if (may_turn()) {
         size = 6u;
         let inertia = body_inertia();
         a[9] += inertia[0];
@@ -180,7 +180,7 @@ fn moved_body(start: Body, met: bool) -> Body {
     if (met) {
         if (scene.body_prescribed == 0u) {
             b.change += vec4<f32>(in_planes(impulse) / scene.body_mass, 0.0);
-            if (ROTATION) {
+            if (may_turn()) {
                 b.angular_momentum += vec4<f32>(about_planes(vec3<f32>(result[3], result[4], result[5])), 0.0);
             }
         }

@@ -83,6 +83,9 @@ fn spun(orientation: vec4<f32>, spin: vec3<f32>, axis: vec3<f32>, rate: f32) -> 
     return turned(orientation, rotate(orientation, axis * (along * rate)));
 }
 
+/// Whether the body may turn.
+fn may_turn() -> bool { return (scene.body_held & 56u) != 56u; }
+
 /// Moves the body through Δt of free flight.
 fn advance(start: Body) -> Body {
     var b = start;
@@ -91,7 +94,7 @@ fn advance(start: Body) -> Body {
     b.coarse = carry(b.coarse.xyz, moved);
     b.fine = remain(moved);
     b.turning = vec4<f32>(0.0);
-    if (ROTATION) {
+    if (may_turn()) {
         let inertia = vec3<f32>(scene.body_inertia_x, scene.body_inertia_y, scene.body_inertia_z);
         let inverse = 1.0 / inertia;
         let uneven = 0.5 * scene.dt * (inverse.x - inverse.y);

@@ -1,15 +1,16 @@
 // scene: constants of a run, the step at hand, and where a node or an element lies.
 // Twin: src/gpu/layout/uniforms.rs and `status` of src/gpu/layout/mod.rs
 
-// What only the device rounds or counts; the host has the values.
+// What only the device rounds or counts.
 /// Rounding of relative velocities, over the largest speed of the body.
-override ROUNDOFF_TOLERANCE: f32;
-/// Part of a finest cell by which a yarn may run on too short for rounding.
-override WITHIN: f32;
-/// Contacts between plies are counted by weight in these.
-override SHARE_UNIT: f32;
+const ROUNDOFF_TOLERANCE: f32 = 1e-6;
+/// Part of a finest cell by which a yarn may run on too short: what a sum of widths rounds to.
+const WITHIN: f32 = 1e-3;
+/// Contacts between plies are counted by weight in these: counts that make a whole share of a node's mass.
+const SHARE_UNIT: f32 = 1048576.0;
 
-// What a scene lacks is compiled out.
+// What a scene lacks is compiled out where it is much. A branch that all invocations take alike costs next to nothing, and
+// a kernel more to compile one to six seconds on software Vulkan.
 /// Whether the unit-cell law is the variational one; else it is the published one.
 override VARIATIONAL: bool = false;
 /// The yarn whose height is the unknown: 0 warp, 1 weft.
@@ -28,19 +29,13 @@ override VISCOUS: bool = true;
 override RATE: bool = false;
 /// Whether pieces of yarn differ in strength.
 override STRENGTH: bool = true;
-override PROJECTILE: bool = true;
-override FRICTION: bool = true;
 /// Whether the rim of its face is sampled where it crosses the edges of elements.
 override EDGES: bool = true;
-/// Whether the projectile may turn.
-override ROTATION: bool = true;
-/// Whether there are plies that may touch each other.
-override PLIES: bool = true;
 /// Whether elements of a ply differ in size.
 override GRADED: bool = true;
-/// A frame cuts or holds a ply elsewhere than at the sides of its mesh.
+/// Whether a frame may cut or hold a ply elsewhere than at the sides of its mesh, and clay stand behind the last ply. Kernels over all elements
+/// or nodes are compiled for it, others ask.
 override FRAME: bool = true;
-/// Clay stands behind the last ply.
 override BACKING: bool = true;
 
 /// Invocations of the workgroup of contact with the projectile: more where more may touch. A card waits for memory most of the time, for
@@ -156,11 +151,11 @@ struct Scene {
     chisel_cosine: f32,
     chisel_slope: f32,
     chisel_corner: f32,
-    /// Room for contact points.
+    /// Room for contact points, none without a projectile.
     points: u32,
     /// Workgroups of the energy balance.
     groups: u32,
-    /// Directions that mirror planes hold: velocity x, y, z, turning about x, y, z, a bit each.
+    /// Directions that mirror planes hold: velocity x, y, z, turning about x, y, z, a bit each; every turning of a body that never turns.
     body_held: u32,
     /// Mirror planes that the scene has, cut there or not: 1 x = 0, 2 y = 0.
     mirror: u32,

@@ -134,7 +134,7 @@ impl Sizes {
         let elements = (grid.plies * per_ply) as u64;
         let radius = model.projectile.as_ref().map_or(0.0, |projectile| projectile.body.radius);
         let shortest = model.ply_types.iter().map(|ply_type| ply_type.mesh.shortest()).fold(f64::INFINITY, f64::min);
-        let side = |elements: usize| (elements as u32 + 2).next_power_of_two().clamp(4, 16);
+        let side = |elements: usize| if elements <= 2 { 4 } else { 16 };
         let tile_rows = match [grid.rows, grid.columns].map(side) {
             [rows, 16] => rows,
             [_, columns] => INVOCATIONS / columns,

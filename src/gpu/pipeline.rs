@@ -160,6 +160,8 @@ impl Pipeline {
         };
         let entries: Vec<_> = bindings.map(bound).collect();
         let group = gpu.create_bind_group(&wgpu::BindGroupDescriptor { label, layout: &layout, entries: &entries });
+        let used: Vec<(&str, f64)> =
+            constants.iter().filter(|(name, _)| kernel.constants.contains(name)).copied().collect();
         let compile = |source: &str| {
             let source = wgpu::ShaderSource::Wgsl(source.into());
             let module = gpu.create_shader_module(wgpu::ShaderModuleDescriptor { label, source });
@@ -173,12 +175,11 @@ impl Pipeline {
                 layout: Some(&pipeline_layout),
                 module: &module,
                 entry_point: Some(kernel.name),
-                compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
+                compilation_options: wgpu::PipelineCompilationOptions { constants: &used, ..Default::default() },
                 cache: None,
             })
         };
-        let used = constants.iter().filter(|(name, _)| kernel.constants.contains(name));
-        let values = used.map(|(_, value)| value.to_bits()).collect();
+        let values = used.iter().map(|(_, value)| value.to_bits()).collect();
         let mut compiled = device.compiled();
         if compiled.len() >= KEPT {
             compiled.clear();

@@ -67,7 +67,8 @@ pub struct Kernel {
     pub extent: Extent,
     /// The kernel, then what it shares with others: line numbers of the kernel stay right.
     pub sources: &'static [&'static str],
-    /// Overridable constants that its code reads. Scenes that agree in them share the compiled kernel.
+    /// Overridable constants that it is compiled for: those that its code reads, of `FRAME` and `BACKING` only those that are worth it. Scenes that
+    /// agree in them share the compiled kernel.
     pub constants: &'static [&'static str],
     /// Bindings of group 1 in order; group 0 is the scene, the step, the plies, their grid lines and the shots.
     pub bindings: &'static [(BufferId, Access)],
@@ -103,18 +104,18 @@ pub const KERNELS: [Kernel; 8] = kernels! {
         ["element_force", "node_update", "kinematics", "membrane", "viscous_force", "failure", "crossover", "coupled_newton",
          "yarn_law", "yarn_curve", "arc_length", "shear", "cells", "sums", "supports", "projectile_shape", "rigid_body",
          "active_region"]
-        (VARIATIONAL PIVOT TERMS COMPRESSION CURVE SHEAR VISCOUS RATE STRENGTH PROJECTILE EDGES GRADED FRAME BACKING TILE_ROWS)
+        (VARIATIONAL PIVOT TERMS COMPRESSION CURVE SHEAR VISCOUS RATE STRENGTH EDGES GRADED FRAME BACKING TILE_ROWS)
         {Nodes Write, Cells Write, Tiles Write, Status Write, Events Write, Supports Write, Body Read,
          Candidates Write};
     // Contacts between plies, and their number at each node.
     Plies "ply_search" Nodes
         ["ply_contact", "ply_view", "cells", "active_region"]
-        (SHARE_UNIT GRADED)
+        (GRADED)
         {Nodes Read, Cells Read, Over Write, Contacts Write, Shares Write, Status Write};
     // Impulses of the contacts between plies.
     Plies "ply_impulse" Nodes
         ["ply_contact", "ply_view"]
-        (SHARE_UNIT GRADED FRAME)
+        (GRADED FRAME)
         {Nodes Read, Over Read, Contacts Read, Shares Read, Impulses Write, ContactWork Write, Status Write};
     // Impulses of contact between plies, applied to the nodes.
     Plies "ply_move" Nodes
@@ -125,22 +126,22 @@ pub const KERNELS: [Kernel; 8] = kernels! {
     Projectile "projectile_points" Shot
         ["projectile_motion", "contact_candidates", "cells", "projectile_shape", "rigid_body",
          "active_region"]
-        (EDGES PLIES GRADED FRAME WIDTH)
+        (EDGES GRADED WIDTH)
         {Nodes Read, Cells Read, Status Write, Body Write, Candidates Write, Points Write, Over Read, Touches Write};
     // Contact at those places, and motion of the projectile.
     Projectile "projectile_contact" Shot
         ["edge_contact", "projectile_motion", "rigid_body", "active_region"]
-        (ROUNDOFF_TOLERANCE FRICTION EDGES ROTATION GRADED FRAME BACKING WIDTH)
+        (EDGES GRADED WIDTH)
         {Nodes Write, Status Write, Body Write, Points Write, Touches Write, Members Write, Matrix Write};
     // Tensions and loads of yarns.
     EnergyBalance "yarn_load" Elements
         ["failure", "yarn_curve", "cells", "sums"]
-        (CURVE STRENGTH GRADED FRAME TILE_ROWS)
+        (CURVE STRENGTH GRADED TILE_ROWS)
         {Nodes Read, Cells Read, Tiles Write};
     // Sums of energy, momentum and counts.
     EnergyBalance "energy_balance" Balance
         ["cells", "sums", "projectile_shape", "rigid_body"]
-        (WITHIN PROJECTILE PLIES GRADED FRAME BACKING TILE_ROWS)
+        (GRADED TILE_ROWS)
         {Nodes Write, Cells Read, Tiles Write, ContactWork Write, Supports Write, Body Write, Status Write,
          Samples Write};
 };
@@ -161,21 +162,10 @@ impl Kernel {
     }
 }
 
-/// Rounding of relative velocities in single precision, over the largest speed of the body [-]; in double precision
-/// [`projectile_contact::NOISE`](crate::solver::contact::projectile_contact::NOISE).
-const NOISE: f64 = 1e-6;
-/// Part of a finest cell by which a yarn may run on too short [-]: what a sum of widths rounds to in single precision.
-const WITHIN: f64 = 1e-3;
-/// Counts that make a whole share of a node's mass. The processor shares masses out in real numbers.
-const SHARE_UNIT: u32 = 1 << 20;
-
 /// Values of the pipeline-overridable constants, by name.
-pub fn constants(features: &Features, sizes: &Sizes) -> [(&'static str, f64); 22] {
+pub fn constants(features: &Features, sizes: &Sizes) -> [(&'static str, f64); 15] {
     let flag = |yes: bool| f64::from(u8::from(yes));
     [
-        ("ROUNDOFF_TOLERANCE", NOISE),
-        ("WITHIN", WITHIN),
-        ("SHARE_UNIT", f64::from(SHARE_UNIT)),
         ("VARIATIONAL", flag(features.law == Law::Variational)),
         ("PIVOT", features.pivot as f64),
         ("TERMS", features.series as f64),
@@ -185,11 +175,7 @@ pub fn constants(features: &Features, sizes: &Sizes) -> [(&'static str, f64); 22
         ("VISCOUS", flag(features.viscous)),
         ("RATE", flag(features.rate)),
         ("STRENGTH", flag(features.strength)),
-        ("PROJECTILE", flag(features.projectile)),
-        ("FRICTION", flag(features.friction)),
         ("EDGES", flag(features.edges)),
-        ("ROTATION", flag(features.rotation)),
-        ("PLIES", flag(features.plies)),
         ("GRADED", flag(features.graded)),
         ("FRAME", flag(features.frame)),
         ("BACKING", flag(features.backing)),

@@ -224,12 +224,8 @@ pub struct Features {
     pub strength: bool,
     /// There is a projectile.
     pub projectile: bool,
-    /// Friction acts on the projectile.
-    pub friction: bool,
     /// The rim of its face is sampled too.
     pub edges: bool,
-    /// Rotation of the projectile is free.
-    pub rotation: bool,
     /// There are plies that may touch each other.
     pub plies: bool,
     /// Elements of a ply differ in size.
@@ -256,9 +252,7 @@ impl Features {
             rate: any(&|t| t.element.rate.is_some()),
             strength: model.strength.is_some(),
             projectile: projectile.is_some(),
-            friction: projectile.is_some() && model.friction > 0.0,
             edges: model.edges,
-            rotation: projectile.is_some_and(|p| !p.locked),
             plies: model.plies.len() > 1,
             graded: any(&|t| t.mesh.is_graded()),
             // Of the whole pack: supports are numbered by it.

@@ -221,9 +221,9 @@ fn projectile(scene: Scene, body: &RigidBody) -> Scene {
     }
 }
 
-/// Directions that mirror planes hold: of velocity, of turning, a bit each.
+/// Directions that mirror planes hold: of velocity, of turning, a bit each; every turning of a body that never turns.
 fn body_held(body: &RigidBody) -> u32 {
-    let [moves, turns] = body.freedom;
+    let [moves, turns] = if body.locked { [body.freedom[0], Default::default()] } else { body.freedom };
     moves.iter().chain(&turns).enumerate().filter(|(_, free)| **free == 0.0).map(|(bit, _)| 1_u32 << bit).sum()
 }
 
@@ -272,7 +272,7 @@ fn node_mass(ply_type: &PlyType<f32>) -> f64 {
 
 /// The plies, the struck one first.
 pub fn plies(model: &Model<f32>) -> Vec<Ply> {
-    let from = device_origin(model);
+    let (from, is_framed) = (device_origin(model), model.features().frame);
     let ply = |at: usize| {
         let (own, ply_type) = (&model.plies[at], model.ply_type(at));
         let (mesh, mass) = (&ply_type.mesh, node_mass(ply_type));
@@ -300,7 +300,7 @@ pub fn plies(model: &Model<f32>) -> Vec<Ply> {
             held: constrained(&ply_type.edges) | cut_sides(mesh) << 12,
             span: model.projectile.as_ref().map_or(0, |body| unbroken_cells(mesh, body) as u32),
             longest: mesh.longest() as f32,
-            shares_row: (lines_rows(model) + own.ply_type * frame_rows(model)) as u32,
+            shares_row: if is_framed { (lines_rows(model) + own.ply_type * frame_rows(model)) as u32 } else { 0 },
             clay_gap,
             clay_rate,
             clay_gain,
