@@ -23,9 +23,9 @@ pub(crate) fn shipped(path: &str, sets: &[&str]) -> Case {
     case::read(Path::new(path), &sets).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// Runs a case in double precision on two threads.
+/// Runs a case in double precision on one thread: tests run beside each other.
 pub(crate) fn run(case: &Case) -> Run {
-    run_as(case, Precision::F64, 2)
+    run_as(case, Precision::F64, 1)
 }
 
 /// Runs a case.
