@@ -55,13 +55,12 @@ fn each_as_alone(device: &'static Device) -> Outcome {
     let mut clay = pack();
     clay.backing = Some(Backing { material: BackingMaterial::Clay, gap: 0.0, pressure: 0.71e6, doubling_depth: None });
     for (case, velocities) in [
-        (ply(), &[400.0, 250.0, 600.0, 400.5][..]),
+        // One whose numbers blow up ends alone.
+        (ply(), &[400.0, 250.0, 1e30, 400.5][..]),
         (pack(), &[500.0, 350.0, 650.0]),
         (clay, &[500.0, 350.0]),
         (quarter(), &[350.0, 140.0, 250.0]),
         (edges(), &[400.0, 550.0]),
-        // One whose numbers blow up ends alone.
-        (ply(), &[400.0, 1e30, 300.0]),
     ] {
         let cases = at(&case, velocities);
         let runs: Vec<Run> = cases.iter().map(|case| run_until(device, case, &AtomicBool::new(false))).collect();
