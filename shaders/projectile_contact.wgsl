@@ -1,23 +1,30 @@
-// projectile_contact: kinematic, perfectly inelastic contact with Coulomb friction, then the motion of the body, after `projectile_points`.
+// projectile_contact: kinematic, perfectly inelastic contact with Coulomb friction where `projectile_points` finds that the body may touch,
+// then the motion of the body.
 // One workgroup: touches are few, and all of them meet in one 6 × 6 solve. Touches of the rim share nodes and depend on each other: with
 // K = N M⁻¹ Nᵀ of those that push, K p = G V′ + target − n·v takes the place of p = κ(…), block by block. With K = L Lᵀ the body's
 // equations need L⁻¹G alone. Without a rim no touch shares a node, and nothing of K is computed.
-//   in/out  nodes    array<f32>    (6, N)       displacement [m], velocity [m/s]
-//   in/out  status   array<u32>                 counters
-//   in/out  bodies   array<Body>                the projectiles
-//   in/out  points   array<Point>               nodes near it
-//   in/out  touches  array<Touch>               how many, in the first; where it may touch
-//   scratch members  array<u32>                 touches that share nodes, block by block
-//   scratch matrix   array<f32>                 K, then L: lower triangles of blocks by rows [1/kg]
+//   in/out  nodes       array<f32>    (6, N)       displacement [m], velocity [m/s]
+//   in      cells       array<u32>                 elements, see `cells`
+//   in/out  status      array<u32>                 counters
+//   in/out  bodies      array<Body>                the projectiles
+//   in/out  candidates  array<u32>                 a bit per node, then a bit per word of these; cleared
+//   scratch points      array<Point>               nodes near it, in storage order
+//   in      over        array<u32>    (2, N)       element in front of, behind a node
+//   scratch touches     array<Touch>               where it may touch: at those nodes, then at points of the rim
+//   scratch members     array<u32>                 touches that share nodes, block by block
+//   scratch matrix      array<f32>                 K, then L: lower triangles of blocks by rows [1/kg]
 // Twin: src/solver/contact/projectile_contact.rs
 
 @group(1) @binding(0) var<storage, read_write> nodes: array<f32>;
-@group(1) @binding(1) var<storage, read_write> status: array<atomic<u32>>;
-@group(1) @binding(2) var<storage, read_write> bodies: array<Body>;
-@group(1) @binding(3) var<storage, read_write> points: array<Point>;
-@group(1) @binding(4) var<storage, read_write> touches: array<Touch>;
-@group(1) @binding(5) var<storage, read_write> members: array<u32>;
-@group(1) @binding(6) var<storage, read_write> matrix: array<f32>;
+@group(1) @binding(1) var<storage, read> cells: array<u32>;
+@group(1) @binding(2) var<storage, read_write> status: array<atomic<u32>>;
+@group(1) @binding(3) var<storage, read_write> bodies: array<Body>;
+@group(1) @binding(4) var<storage, read_write> candidates: array<atomic<u32>>;
+@group(1) @binding(5) var<storage, read_write> points: array<Point>;
+@group(1) @binding(6) var<storage, read> over: array<u32>;
+@group(1) @binding(7) var<storage, read_write> touches: array<Touch>;
+@group(1) @binding(8) var<storage, read_write> members: array<u32>;
+@group(1) @binding(9) var<storage, read_write> matrix: array<f32>;
 
 /// Points, and touches.
 var<workgroup> extent: vec2<u32>;
@@ -300,13 +307,14 @@ fn account(local: u32) {
 fn projectile_contact(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     shot = shots[group.z];
     body = bodies[shot.number];
+    if (!vote(step.index <= atomicLoad(&status[counter(BAD_STEP)]), local)) { return; }
+    grow_active_region(local);
+    let found = find_places(local);
     if (local == 0u) {
-        extent = touches[touch_head()].ends;
-        verdict = u32(step.index <= atomicLoad(&status[counter(BAD_STEP)]));
+        extent = found;
         for (var i = 0u; i < 6u; i++) { motion[i] = 0.0; }
         for (var i = 0u; i < 27u; i++) { result[i] = 0.0; }
     }
-    if (workgroupUniformLoad(&verdict) == 0u) { return; }
     let met = workgroupUniformLoad(&extent).x > 0u;
     if (met) {
         solve(local);

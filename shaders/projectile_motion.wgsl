@@ -31,8 +31,7 @@ struct Point {
     block: u32,
 }
 
-/// Point that the body may touch: a node, or a point of the rim on an edge. Those of the nodes come first; before them is one whose `ends` say
-/// how many are of nodes, and how many there are.
+/// Point that the body may touch: a node, or a point of the rim on an edge. Those of the nodes come first.
 struct Touch {
     /// Outward normal, and the gap [m].
     normal: vec4<f32>,

@@ -1,23 +1,6 @@
 // projectile_points: where the projectile may touch in this step: nodes, and where the rim of its face is sampled the points at which it
-// crosses edges of elements. One workgroup, before `projectile_contact`.
-//   in      nodes       array<f32>    (6, N)   displacement [m], velocity [m/s]
-//   in      cells       array<u32>             elements, see `cells`
-//   in/out  status      array<u32>             counters
-//   in/out  bodies      array<Body>            the projectiles; their deepest nodes
-//   in/out  candidates  array<u32>             a bit per node, then a bit per word of these; cleared
-//   out     points      array<Point>           nodes in storage order
-//   in      over        array<u32>    (2, N)   element in front of, behind a node
-//   out     touches     array<Touch>           how many, in the first; those of the nodes, then points of the rim by the first of their nodes
+// crosses edges of elements, by the first of their nodes. Needs `body`, `points`, `touches` and `status`.
 // Twin: src/solver/contact/projectile_points.rs
-
-@group(1) @binding(0) var<storage, read> nodes: array<f32>;
-@group(1) @binding(1) var<storage, read> cells: array<u32>;
-@group(1) @binding(2) var<storage, read_write> status: array<atomic<u32>>;
-@group(1) @binding(3) var<storage, read_write> bodies: array<Body>;
-@group(1) @binding(4) var<storage, read_write> candidates: array<atomic<u32>>;
-@group(1) @binding(5) var<storage, read_write> points: array<Point>;
-@group(1) @binding(6) var<storage, read> over: array<u32>;
-@group(1) @binding(7) var<storage, read_write> touches: array<Touch>;
 
 /// Points of the rim on each ply.
 var<workgroup> of_ply: array<atomic<u32>, 64>;
@@ -173,13 +156,8 @@ fn find_blocks(count: u32, local: u32) {
     }
 }
 
-@compute @workgroup_size(WIDTH)
-fn projectile_points(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    shot = shots[group.z];
-    body = bodies[shot.number];
-    let sound = step.index <= atomicLoad(&status[counter(BAD_STEP)]);
-    if (!vote(sound, local)) { return; }
-    grow_active_region(local);
+/// Finds those places; gives how many are nodes, and how many there are.
+fn find_places(local: u32) -> vec2<u32> {
     let found = collect(local);
     if (local == 0u) { verdict = found; }
     let count = workgroupUniformLoad(&verdict);
@@ -199,8 +177,6 @@ fn projectile_points(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_inv
     // Numbers above zero are in the order of their bits.
     atomicMax(&ballot, bitcast<u32>(deepest));
     workgroupBarrier();
-    if (local == 0u) {
-        bodies[shot.number].energy.w = max(body.energy.w, bitcast<f32>(atomicLoad(&ballot)));
-        touches[touch_head()].ends = vec2<u32>(count, count + number);
-    }
+    body.energy.w = max(body.energy.w, bitcast<f32>(atomicLoad(&ballot)));
+    return vec2<u32>(count, count + number);
 }

@@ -50,11 +50,8 @@ fn mark_word(word: u32) -> u32 {
 /// Place of a point of the shot in `points`.
 fn point_number(point: u32) -> u32 { return shot.number * scene.points + point; }
 
-/// Place in `touches` of what says how many the shot has; they follow.
-fn touch_head() -> u32 { return shot.number * (scene.points + scene.plies * scene.constraints + 1u); }
-
 /// Place of a touch of the shot in `touches`.
-fn touch_number(at: u32) -> u32 { return touch_head() + 1u + at; }
+fn touch_number(at: u32) -> u32 { return shot.number * (scene.points + scene.plies * scene.constraints) + at; }
 
 /// Place of a member of the shot in `members`: three for each point of the rim that a ply has room for.
 fn member_number(member: u32) -> u32 { return shot.number * (2u * scene.plies * 3u * scene.constraints) + member; }

@@ -120,7 +120,7 @@ pub struct Sizes {
     pub constraints: u64,
     /// Workgroups of the energy balance, as many for each ply.
     pub groups: u64,
-    /// Invocations of the workgroup of contact with the projectile: about as many as nodes may touch it.
+    /// Invocations of the workgroup of contact with the projectile: more where more nodes may touch it.
     pub contact_group: u32,
 }
 
@@ -143,7 +143,7 @@ impl Sizes {
         let touching = (2.0 * radius / shortest).powi(2) * grid.plies as f64 / model.mirror.copies() as f64;
         Self {
             shots: 1,
-            contact_group: (touching as u32).next_power_of_two().clamp(CONTACT_GROUPS[0], CONTACT_GROUPS[1]),
+            contact_group: CONTACT_GROUPS[usize::from(touching > f64::from(2 * CONTACT_GROUPS[0]))],
             plies: grid.plies as u64,
             elements,
             cell_fields: STATE_SLOTS * cell::CELL_FIELDS as u64
@@ -208,7 +208,7 @@ impl Sizes {
             BufferId::Contacts => [2 * CONTACT_WORDS, meeting],
             BufferId::Shares => [1, meeting],
             BufferId::Impulses => [IMPULSE_FIELDS, meeting],
-            BufferId::Touches => [1, TOUCH_WORDS * (self.points + self.plies * self.constraints + 1)],
+            BufferId::Touches => [1, (TOUCH_WORDS * (self.points + self.plies * self.constraints)).max(1)],
             BufferId::Members => [1, (2 * self.plies * members).max(1)],
             BufferId::Matrix => [1, (self.plies * members * u64::from(MATRIX_ROW)).max(1)],
         }

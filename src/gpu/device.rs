@@ -106,6 +106,11 @@ pub struct Device {
     compiled: Mutex<Compiled>,
 }
 
+/// Limits that kernels need: those of every WebGPU device, and storage buffers for contact with the projectile.
+fn limits() -> wgpu::Limits {
+    wgpu::Limits { max_storage_buffers_per_shader_stage: 10, ..wgpu::Limits::default() }
+}
+
 impl Device {
     /// Opens the adapter of that name (or part of it) or number, or the best one.
     ///
@@ -118,7 +123,7 @@ impl Device {
     /// Opens an adapter.
     ///
     /// # Errors
-    /// When it grants less than every WebGPU device must, or the driver refuses.
+    /// When it grants less than every WebGPU device must, or fewer storage buffers than a kernel binds, or the driver refuses.
     pub fn open(adapter: &Adapter) -> Result<Self, DeviceError> {
         Self::open_narrow(adapter, wgpu::Limits::default().max_compute_workgroups_per_dimension)
     }
@@ -135,7 +140,7 @@ impl Device {
             max_compute_workgroups_per_dimension: workgroups,
             max_storage_buffer_binding_size: has.max_storage_buffer_binding_size,
             max_buffer_size: has.max_buffer_size,
-            ..wgpu::Limits::default()
+            ..limits()
         };
         let timing = wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES;
         let descriptor = wgpu::DeviceDescriptor {
@@ -153,7 +158,8 @@ impl Device {
     /// A device that accepts everything and computes nothing: it checks pipelines and bindings where there is no driver.
     #[doc(hidden)]
     pub fn noop() -> Self {
-        let (inner, queue) = wgpu::Device::noop(&wgpu::DeviceDescriptor::default());
+        let descriptor = wgpu::DeviceDescriptor { required_limits: limits(), ..wgpu::DeviceDescriptor::default() };
+        let (inner, queue) = wgpu::Device::noop(&descriptor);
         Self::new(inner, queue, "noop".to_owned(), false)
     }
 

@@ -5,12 +5,11 @@
 //! - [`stepper`] records the stages of a step, of many shots in one dispatch; [`submission`] sends steps off and reads their results back.
 //!   The host loop is in [`run`](crate::run).
 //!
-//! A step of one ply is three dispatches: `sweep` | `projectile_points` | `projectile_contact`, and `energy_balance` after those that are
-//! sampled. A workgroup of `sweep` advances a tile of 15 × 15 elements and nodes; what it needs of its neighbours it computes too, so that
+//! A step of one ply is two dispatches, `sweep` and `projectile_contact`, with three more between them in packs, and `energy_balance` after
+//! those that are sampled. A workgroup of `sweep` advances a tile of 15 × 15 elements and nodes; what it needs of its neighbours it computes too, so that
 //! forces never leave it. So that no workgroup reads what another one writes, nodes and elements lie in two slots by turns: a step reads what
 //! the last one left, and writes the other slot. Dispatches end where all must wait: contact is one solve over all touched nodes, whose
-//! velocities must be final, and elements read the positions that contact has corrected. The search for points is a kernel of its own
-//! because one kernel may bind eight buffers. Within a batch nothing is read back.
+//! velocities must be final, and elements read the positions that contact has corrected. Within a batch nothing is read back.
 
 #[cfg(feature = "gpu")]
 pub mod buffers;

@@ -20,7 +20,7 @@ pub enum Stage {
     Sweep,
     /// `ply_search`, `ply_impulse`, `ply_move`
     Plies,
-    /// `projectile_points`, and `projectile_contact` with the motion of the body.
+    /// `projectile_contact`, with the motion of the body.
     Projectile,
     /// `yarn_load` and `energy_balance`, in steps with a sample alone.
     EnergyBalance,
@@ -98,7 +98,7 @@ macro_rules! kernels {
 }
 
 /// Every kernel, in the order of a step.
-pub const KERNELS: [Kernel; 8] = kernels! {
+pub const KERNELS: [Kernel; 7] = kernels! {
     // Forces of the elements, and motion of the nodes.
     Sweep "sweep" Tiles
         ["element_force", "node_update", "kinematics", "membrane", "viscous_force", "failure", "crossover", "coupled_newton",
@@ -122,17 +122,13 @@ pub const KERNELS: [Kernel; 8] = kernels! {
         ["ply_view", "kinematics", "cells", "supports", "active_region"]
         (VISCOUS GRADED FRAME BACKING)
         {Nodes Write, Cells Read, Shares Write, Impulses Write, ContactWork Write, Supports Write, Status Write};
-    // Places where the projectile may touch.
-    Projectile "projectile_points" Shot
-        ["projectile_motion", "contact_candidates", "cells", "projectile_shape", "rigid_body",
-         "active_region"]
-        (EDGES GRADED WIDTH)
-        {Nodes Read, Cells Read, Status Write, Body Write, Candidates Write, Points Write, Over Read, Touches Write};
-    // Contact at those places, and motion of the projectile.
+    // Contact of the projectile where it may touch, and its motion.
     Projectile "projectile_contact" Shot
-        ["edge_contact", "projectile_motion", "rigid_body", "active_region"]
+        ["projectile_points", "edge_contact", "projectile_motion", "contact_candidates", "cells", "projectile_shape",
+         "rigid_body", "active_region"]
         (EDGES GRADED WIDTH)
-        {Nodes Write, Status Write, Body Write, Points Write, Touches Write, Members Write, Matrix Write};
+        {Nodes Write, Cells Read, Status Write, Body Write, Candidates Write, Points Write, Over Read, Touches Write,
+         Members Write, Matrix Write};
     // Tensions and loads of yarns.
     EnergyBalance "yarn_load" Elements
         ["failure", "yarn_curve", "cells", "sums"]

@@ -36,7 +36,7 @@ impl Defect {
     fn parts(&self) -> &'static [Part] {
         match self.kernel {
             "sweep" => &[Part::Sweep, Part::EnergyBalance, Part::Contact],
-            "projectile_points" | "projectile_contact" => &[Part::Contact],
+            "projectile_contact" => &[Part::Contact],
             "ply_search" | "ply_impulse" | "ply_move" => &[Part::Plies, Part::EnergyBalance],
             _ => &[Part::EnergyBalance],
         }
@@ -141,14 +141,12 @@ defects! {
         "loss of the free velocity" in "two free plies":
             "0.5 * dot(impulse, before + now)" => "0.5 * dot(impulse, free + now)";
     }
-    projectile_points {
+    projectile_contact {
         "cell of the node in every ply" in "sphere on turned plies, friction":
             "cell_over(ply, over[at])" => "cell_over(ply, over[node])";
         "rows do not spread" in "face of a cylinder exactly touching resting plies":
             "min(reach.y + 1u, plies[local].rows + 1u)" => "min(reach.y, plies[local].rows + 1u)";
         "ellipse as a circle" in "edges of a fragment": "let bend = squared(scene.chisel_slope);" => "let bend = 0.0;";
-    }
-    projectile_contact {
         "clay as a force of the fabric" in "sphere on plies against clay, friction":
             "if (!has_clay(ply)) { return v; }" => "return v;";
         "nodes pull" in "sphere, spinning, oblique, friction":

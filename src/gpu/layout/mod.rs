@@ -60,7 +60,8 @@ pub const LAYOUTS: [(&str, &[Field], usize); 7] = [
 
 /// Invocations per workgroup of the kernels over elements and nodes.
 pub const GROUP: u32 = 64;
-/// Least and most invocations of the kernels of contact with the projectile, which are a single workgroup: every device has as many.
+/// Invocations of the kernel of contact with the projectile, which is a single workgroup: where few nodes may touch, and where many may. Every
+/// device has as many.
 pub const CONTACT_GROUPS: [u32; 2] = [64, 256];
 /// Number for none: no step with a number that is not finite, no place, no ply.
 pub const NONE: u32 = u32::MAX;
