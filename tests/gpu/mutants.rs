@@ -86,12 +86,10 @@ defects! {
         "the rate of strain adds nothing" in "stress by the rate of strain": "added * elastic" => "added * 0.0";
         "clay as soft below" in "against clay": "plies[ply].clay_gain * crater" => "0.0 * crater";
         "hourglass mode of the wrong sign" in "variational, compressible": "let top = c - d;" => "let top = d - c;";
-        "second order of the stretch missing" in "variational, compressible": "(dot(g1, g1) + q.x)" => "q.x";
         "shear force not square to the weft" in "variational, compressible":
             "(k.warp - k.sine * k.weft)" => "(k.warp + k.sine * k.weft)";
         "last drag forgotten" in "variational, compressible":
             "force * grown.along + taut * before" => "force * grown.along + 0.0 * before";
-        "bit of the warp for the weft" in "variational, compressible": "(words.x & 2u) != 0u" => "(words.x & 1u) != 0u";
         "hourglass work of the first step" in "variational, rigid": "mode - step.span * v.mode" => "mode - step.kick * v.mode";
         "row of elements before the reach left out" in "only a part reached":
             "let row = place.x + before >= reach.x" => "let row = place.x + 1u >= reach.x + before";
@@ -102,7 +100,6 @@ defects! {
         "compression missing" in "variational, compressible": "scene.compression_a - scene.compression_b * q, 0.0" => "0.0, 0.0";
         "warm start not used" in "variational, compressible":
             "vec2<f32>(warm[PIVOT], warm[1u - PIVOT])" => "vec2<f32>(0.5 * top)";
-        "shares of the yarns exchanged" in "variational, compressible": "slope.yx * per_sum" => "slope * per_sum";
         "curvature of the arc" in "variational, compressible":
             "(1.0 + excess) * inverse_secant * inverse_secant - b" => "(1.0 + excess) * inverse_secant - b";
         "energy of a linear yarn" in "yarns with curves":
@@ -116,8 +113,6 @@ defects! {
         "no node of a frame held" in "a round window, graded": "in_frame(ply, SHARES, place) <= 0.0" => "false";
         "supports of a frame on its rim" in "a round window, graded": "if (any_may_be_held()) { return node_at(ply, place); }" => "";
         "clay that throws back" in "against clay": "into * most / max(free, most)" => "most";
-        "supports in the axes of the ply" in "thirty degrees, clamped, smooth":
-            "let turned = to_pack(ply, impulse);" => "let turned = impulse;";
     }
     yarn_load {
         "strains of the step before" in "variational, compressible": "fn strain_slot() -> u32 { return slot_now(); }" => "fn strain_slot() -> u32 { return slot_before(); }";
@@ -147,14 +142,11 @@ defects! {
         "rows do not spread" in "face of a cylinder exactly touching resting plies":
             "min(reach.y + 1u, plies[local].rows + 1u)" => "min(reach.y, plies[local].rows + 1u)";
         "ellipse as a circle" in "edges of a fragment": "let bend = squared(scene.chisel_slope);" => "let bend = 0.0;";
-        "clay as a force of the fabric" in "sphere on plies against clay, friction":
-            "if (!has_clay(ply)) { return v; }" => "return v;";
         "nodes pull" in "sphere, spinning, oblique, friction":
             "state == PUSHING && touches[touch_number(t)].friction_impulse.w < 0.0" => "state == PUSHING && touches[touch_number(t)].friction_impulse.w < -1e30";
         "inertia off the diagonal" in "cylinder, yawed, friction":
             "more_x * side.y * side.x + more_z * axis.y * axis.x," => "0.0,";
         "position without its carry" in "sphere": "coarse + (moved >> vec3<u32>(24u))" => "coarse";
-        "rows of the equations from 0 on" in "between nodes, yawed, friction": "var entries = 0u;" => "var entries = 4000000000u;";
         "touches independent" in "between nodes, yawed, friction": "select(0.0, coupling(t, other), pushes)" => "0.0";
     }
     energy_balance {
