@@ -19,7 +19,7 @@ use ripstop::run::device::DeviceSimulation;
 use ripstop::run::{self, Options, Precision, Run, Skips};
 
 use super::harness::{Outcome, trial};
-use crate::scene::{self, builtin, result, run, run_as};
+use crate::scene::{self, builtin, result, run, run_as, shipped};
 
 /// Tests by name.
 type Tests = &'static [(&'static str, fn(&'static Device) -> Outcome)];
@@ -242,7 +242,10 @@ fn features(device: &'static Device) -> Outcome {
     let (cpu, gpu) = (run(&case), run_on(device, &case));
     let [c, g] = [&cpu, &gpu].map(|run| run.history.last().unwrap().projectile_velocity);
     assert!((c - g).abs() < 2e-2 * 155.0, "across clamps: {g} for {c} m/s");
-    wrong.extend(within(&gpu, 5e-3, 5e-3).err());
+    wrong.extend(within(&gpu, 2e-6, 5e-3).err());
+    // A tip that pushes held nodes, which count as a thousand bodies: the motion found has four digits less there than what moves.
+    let case = shipped("cases/stress/oblique-tip.json", &["/solver/end_time_us=26", "/expect=[]"]);
+    wrong.extend(within(&run_on(device, &case), 2e-6, 2e-6).err());
     report(wrong)
 }
 
