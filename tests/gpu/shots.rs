@@ -197,32 +197,31 @@ fn torn() -> [Case; 2] {
     })
 }
 
-/// Scenes, with the rows before a failure and the first failures that must be the same at least, and the energy error allowed.
-fn scenes() -> Vec<(String, Case, [usize; 2], f64)> {
+/// Scenes, with the rows before a failure and the first failures that must be the same at least.
+fn scenes() -> Vec<(String, Case, [usize; 2])> {
     let mut all = vec![(
         "violent".to_owned(),
         builtin("cases/verify/mirror.json", &["/projectile/velocity_m_s=600", "/solver/end_time_us=10"]),
         [0, 20],
-        5e-3,
     )];
-    all.extend(torn().map(|case| (format!("edges, {} plies", case.pack.plies), case, [1, 20], 5e-3)));
-    all.extend(PACKS.map(|(name, pack)| (name.to_owned(), packed(pack, &[]), [8, 0], 5e-3)));
+    all.extend(torn().map(|case| (format!("edges, {} plies", case.pack.plies), case, [1, 20])));
+    all.extend(PACKS.map(|(name, pack)| (name.to_owned(), packed(pack, &[]), [8, 0])));
     for sets in [&[ASIDE, EDGES][..], &PAIR] {
-        all.push((format!("graded, {sets:?}"), finer(sets), [8, 4], 5e-3));
+        all.push((format!("graded, {sets:?}"), finer(sets), [8, 4]));
     }
     all
 }
 
 fn features(device: &'static Device) -> Outcome {
     let mut wrong = Vec::new();
-    for (name, case, [rows, failures], energy) in scenes() {
+    for (name, case, [rows, failures]) in scenes() {
         let precision = if name == "violent" { Precision::F64 } else { Precision::F32 };
         let (cpu, gpu) = (run_as(&case, precision, 2), run_on(device, &case));
         assert_eq!(cpu.planes, gpu.planes, "{name}");
         let checks = [
             same_until_failure(&cpu, &gpu, impact(&case).min(400.0), rows),
             same_failures(&cpu, &gpu, failures),
-            within(&gpu, energy, 1e-4),
+            within(&gpu, 2e-6, 2e-6),
         ];
         wrong.extend(checks.into_iter().filter_map(Result::err).map(|line| format!("{name}: {line}")));
         if case.pack.plies > 1 {
