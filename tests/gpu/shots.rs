@@ -241,7 +241,7 @@ fn features(device: &'static Device) -> Outcome {
     let (cpu, gpu) = (run(&case), run_on(device, &case));
     let [c, g] = [&cpu, &gpu].map(|run| run.history.last().unwrap().projectile_velocity);
     assert!((c - g).abs() < 2e-2 * 155.0, "across clamps: {g} for {c} m/s");
-    wrong.extend(within(&gpu, 2e-6, 5e-3).err());
+    wrong.extend(within(&gpu, 2e-6, 2e-6).err());
     // A tip that pushes held nodes, which count as a thousand bodies: the motion found has four digits less there than what moves.
     let case = shipped("cases/stress/oblique-tip.json", &["/solver/end_time_us=26", "/expect=[]"]);
     wrong.extend(within(&run_on(device, &case), 2e-6, 2e-6).err());
@@ -323,7 +323,7 @@ fn parts(device: &'static Device) -> Outcome {
         let processor = run_as(&case, Precision::F32, 2);
         assert_eq!((part.planes.copies(), whole.planes.copies(), processor.planes), (copies, 1, part.planes));
         assert_eq!((part.elements, part.steps, part.history.len()), (whole.elements, whole.steps, whole.history.len()));
-        wrong.extend(within(&part, 1e-3, 1e-4).err().map(|line| format!("scene {number}: {line}")));
+        wrong.extend(within(&part, 2e-6, 2e-6).err().map(|line| format!("scene {number}: {line}")));
         for (name, other) in [("whole", &whole), ("processor", &processor)] {
             if number >= NODES {
                 let found = same_until_failure(other, &part, impact(&case), 8).err();
