@@ -137,7 +137,7 @@ fn energy_balance(id: Invocation) {
     let ply_elements = scene.rows * scene.columns;
     for (var i = begin; i < ply_elements; i += stride) {
         let element = ply_number(ply) * ply_elements + i;
-        if (scene.points > 0u && is_element(ply, element_place(element))) { part[COVERED] += select(0.0, 1.0, covers(ply, element)); }
+        if (has_projectile() && is_element(ply, element_place(element))) { part[COVERED] += select(0.0, 1.0, covers(ply, element)); }
     }
     for (var tile = begin; tile < tile_counts().x * tile_counts().y; tile += stride) { add_tile(tile_sum(ply, tile, 0u)); }
     let ply_nodes = (scene.rows + 1u) * (scene.columns + 1u);
@@ -147,7 +147,7 @@ fn energy_balance(id: Invocation) {
         if (!is_node(ply, place)) { continue; }
         add_node(ply, node, place);
     }
-    let rim = select(2u * (scene.columns + scene.rows + 2u), ply_nodes, any_may_be_held());
+    let rim = select(2u * (scene.columns + scene.rows + 2u), ply_nodes, supports_every_node());
     for (var i = 3u * begin; i < 3u * rim; i += select(3u * stride - 2u, 1u, i % 3u < 2u)) {
         part[SUPPORT + i % 3u] += supports[3u * ply_number(ply) * rim + i];
         supports[3u * ply_number(ply) * rim + i] = 0.0;

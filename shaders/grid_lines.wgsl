@@ -57,7 +57,7 @@ fn in_frame(ply: u32, field: u32, place: vec2<u32>) -> f32 {
     return textureLoad(grid_lines, texel, 0)[at % 4u];
 }
 
-/// Whether a frame cuts or holds plies of the pack elsewhere than at the sides of their meshes. Of any ply it says the same.
+/// A frame cuts or holds plies elsewhere than at the sides of their meshes: the same for all plies of a pack.
 fn is_framed(ply: u32) -> bool { return FRAME && plies[ply].shares_row > 0u; }
 
 /// Whether an element is there: a frame leaves none outside its opening.

@@ -69,5 +69,5 @@ fn move_node(ply: u32, place: vec2<u32>, u: vec3<f32>, v: vec3<f32>, force: vec3
     let square = dot(after, after);
     if (!finite(square)) { atomicMin(&status[counter(BAD_STEP)], step.index); }
     if (held(ply, place) != 0u) { add_support(ply, place, select(vec3<f32>(0.0), -step.kick * force, inverse <= vec3<f32>(0.0))); }
-    if (scene.points > 0u) { mark(ply, place, to_pack(ply, u), sqrt(square)); }
+    if (has_projectile()) { mark(ply, place, to_pack(ply, u), sqrt(square)); }
 }

@@ -221,8 +221,8 @@ fn clay_word(which: u32, node: u32) -> u32 { return node_word(2u, which, node); 
 /// Whether a ply has clay behind it.
 fn has_clay(ply: u32) -> bool { return BACKING && 0.0 < plies[ply].clay_rate; }
 
-/// Whether any node of the pack may be held, not those on the sides of plies alone: there is a frame, or clay.
-fn any_may_be_held() -> bool { return is_framed(0u) || has_clay(scene.plies - 1u); }
+/// Supports have a place for every node, not for those on the sides of plies alone: there is a frame, or clay.
+fn supports_every_node() -> bool { return is_framed(0u) || has_clay(scene.plies - 1u); }
 
 /// Velocity of a node before the forces of this step, less what clay took since, which is no force [m/s].
 fn velocity_before(ply: u32, node: u32) -> vec3<f32> {

@@ -212,15 +212,8 @@ fn update_friction(share: f32, local: u32) -> bool {
     }
     reduce(&part, 6u, local);
     if (local == 0u && scene.body_prescribed == 0u) {
-        let linear = in_planes(vec3<f32>(result[0], result[1], result[2])) / scene.body_mass;
-        var angular = vec3<f32>(0.0);
-        if (may_turn()) {
-            angular = angular_velocity(body.orientation, about_planes(vec3<f32>(result[3], result[4], result[5])));
-        }
-        for (var a = 0u; a < 3u; a++) {
-            motion[a] += linear[a];
-            motion[3u + a] += angular[a];
-        }
+        let given = given_motion();
+        for (var i = 0u; i < 6u; i++) { motion[i] += given[i]; }
     }
     return vote(changed, local);
 }
@@ -304,12 +297,8 @@ fn account(local: u32) {
     // Where the body meets held nodes the equations lose four digits of the motion in single precision. It moves as the impulses make it move, and
     // loses what they take.
     if (local == 0u && !prescribed) {
-        let taken = vec3<f32>(result[0], result[1], result[2]);
-        let turn = vec3<f32>(result[3], result[4], result[5]);
-        let linear = vec3<f32>(motion[0], motion[1], motion[2]) - in_planes(taken) / scene.body_mass;
-        var angular = vec3<f32>(motion[3], motion[4], motion[5]);
-        if (may_turn()) { angular -= angular_velocity(body.orientation, about_planes(turn)); }
-        result[6] += 0.5 * (dot(linear, taken) + dot(angular, turn));
+        let given = given_motion();
+        for (var i = 0u; i < 6u; i++) { result[6] += 0.5 * (motion[i] - given[i]) * result[i]; }
     }
 }
 

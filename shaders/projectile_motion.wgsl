@@ -94,6 +94,16 @@ fn about_planes(v: vec3<f32>) -> vec3<f32> {
     return select(v, vec3<f32>(0.0), (vec3<u32>(scene.body_held) & vec3<u32>(8u, 16u, 32u)) != vec3<u32>(0u));
 }
 
+/// Motion that impulse and turn `result[0..6]` give the body: velocity, angular velocity.
+fn given_motion() -> array<f32, 6> {
+    let linear = in_planes(vec3<f32>(result[0], result[1], result[2])) / scene.body_mass;
+    var angular = vec3<f32>(0.0);
+    if (may_turn()) {
+        angular = angular_velocity(body.orientation, about_planes(vec3<f32>(result[3], result[4], result[5])));
+    }
+    return array<f32, 6>(linear.x, linear.y, linear.z, angular.x, angular.y, angular.z);
+}
+
 /// (n, r × n) of a point with that normal and arm; turns are measured in lengths of `body_bounding_radius`.
 fn direction_of(along: vec3<f32>, arm: vec3<f32>) -> array<f32, 6> {
     let normal = in_planes(along);

@@ -83,7 +83,7 @@ fn spun(orientation: vec4<f32>, spin: vec3<f32>, axis: vec3<f32>, rate: f32) -> 
     return turned(orientation, rotate(orientation, axis * (along * rate)));
 }
 
-/// Whether the body may turn.
+/// Rotation of the body is free.
 fn may_turn() -> bool { return (scene.body_held & 56u) != 56u; }
 
 /// Moves the body through Δt of free flight.

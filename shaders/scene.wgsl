@@ -33,8 +33,8 @@ override STRENGTH: bool = true;
 override EDGES: bool = true;
 /// Whether elements of a ply differ in size.
 override GRADED: bool = true;
-/// Whether a frame may cut or hold a ply elsewhere than at the sides of its mesh, and clay stand behind the last ply. Kernels over all elements
-/// or nodes are compiled for it, others ask.
+/// A frame cuts or holds a ply elsewhere than at the sides of its mesh; clay stands behind the last ply. Kernels over all elements or nodes are
+/// compiled for both, others ask.
 override FRAME: bool = true;
 override BACKING: bool = true;
 
@@ -155,7 +155,7 @@ struct Scene {
     points: u32,
     /// Workgroups of the energy balance.
     groups: u32,
-    /// Directions that mirror planes hold: velocity x, y, z, turning about x, y, z, a bit each; every turning of a body that never turns.
+    /// Directions that mirror planes hold: velocity x, y, z, turning about x, y, z, a bit each; every turning of a locked body.
     body_held: u32,
     /// Mirror planes that the scene has, cut there or not: 1 x = 0, 2 y = 0.
     mirror: u32,
@@ -221,6 +221,9 @@ struct Invocation {
 
 /// Whether the step fills in the energies of the state. No constant: a kernel of its own would take as long to compile again.
 fn is_sampled() -> bool { return step.slot != NONE; }
+
+/// There is a projectile.
+fn has_projectile() -> bool { return scene.points > 0u; }
 
 /// Nodes and elements lie in two slots by turns: a step reads what the last one left, and writes the other slot.
 fn slot_before() -> u32 { return (step.index + 1u) & 1u; }

@@ -3,7 +3,7 @@
 
 /// Number of a node of a ply's rim; in a frame, or with clay behind it, of a node of the pack.
 fn rim_index(ply: u32, place: vec2<u32>) -> u32 {
-    if (any_may_be_held()) { return node_at(ply, place); }
+    if (supports_every_node()) { return node_at(ply, place); }
     let across = scene.columns + 1u;
     let along = scene.rows + 1u;
     let first = ply_number(ply) * 2u * (across + along);

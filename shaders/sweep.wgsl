@@ -131,7 +131,7 @@ fn sweep(id: Invocation) {
     let moves = own_node && is_near(reach, place, 1u, 1u);
     let rests = reach.x >= reach.y || low.x > reach.y || low.x + TILE_ROWS < reach.x || low.y > reach.w || low.y + side() < reach.z;
     if (rests && step.index >= SETTLED) {
-        if (scene.points > 0u && own_node) { mark(ply, place, vec3<f32>(0.0), 0.0); }
+        if (has_projectile() && own_node) { mark(ply, place, vec3<f32>(0.0), 0.0); }
         return;
     }
     load_nodes(ply, corner, local);
@@ -155,7 +155,7 @@ fn sweep(id: Invocation) {
     workgroupBarrier();
     if (moves) {
         move_node(ply, place, u, v, gather(local));
-    } else if (scene.points > 0u && own_node) {
+    } else if (has_projectile() && own_node) {
         mark(ply, place, vec3<f32>(0.0), 0.0);
     }
     add_up(tile_sum(ply, at_tile.x * counts.y + at_tile.y, 0u), local);

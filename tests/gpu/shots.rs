@@ -122,8 +122,11 @@ fn same_failures(one: &Run, two: &Run, least: usize) -> Outcome {
     if same >= least { Ok(()) } else { Err(next()) }
 }
 
+/// Largest errors of energy and of momentum.
+const ERRORS: [f64; 2] = [2e-6; 2];
+
 /// Largest errors of a run in single precision.
-fn within(run: &Run, energy: f64, momentum: f64) -> Outcome {
+fn within(run: &Run, [energy, momentum]: [f64; 2]) -> Outcome {
     let found = format!("energy error {:e}, momentum error {:e}", run.energy_error, run.momentum_error);
     if run.energy_error <= energy && run.momentum_error <= momentum { Ok(()) } else { Err(found) }
 }
@@ -221,7 +224,7 @@ fn features(device: &'static Device) -> Outcome {
         let checks = [
             same_until_failure(&cpu, &gpu, impact(&case).min(400.0), rows),
             same_failures(&cpu, &gpu, failures),
-            within(&gpu, 2e-6, 2e-6),
+            within(&gpu, ERRORS),
         ];
         wrong.extend(checks.into_iter().filter_map(Result::err).map(|line| format!("{name}: {line}")));
         if case.pack.plies > 1 {
@@ -241,10 +244,10 @@ fn features(device: &'static Device) -> Outcome {
     let (cpu, gpu) = (run(&case), run_on(device, &case));
     let [c, g] = [&cpu, &gpu].map(|run| run.history.last().unwrap().projectile_velocity);
     assert!((c - g).abs() < 2e-2 * 155.0, "across clamps: {g} for {c} m/s");
-    wrong.extend(within(&gpu, 2e-6, 2e-6).err());
+    wrong.extend(within(&gpu, ERRORS).err());
     // A tip that pushes held nodes, which count as a thousand bodies: the motion found has four digits less there than what moves.
     let case = shipped("cases/stress/oblique-tip.json", &["/solver/end_time_us=26", "/expect=[]"]);
-    wrong.extend(within(&run_on(device, &case), 2e-6, 2e-6).err());
+    wrong.extend(within(&run_on(device, &case), ERRORS).err());
     report(wrong)
 }
 
@@ -323,7 +326,7 @@ fn parts(device: &'static Device) -> Outcome {
         let processor = run_as(&case, Precision::F32, 2);
         assert_eq!((part.planes.copies(), whole.planes.copies(), processor.planes), (copies, 1, part.planes));
         assert_eq!((part.elements, part.steps, part.history.len()), (whole.elements, whole.steps, whole.history.len()));
-        wrong.extend(within(&part, 2e-6, 2e-6).err().map(|line| format!("scene {number}: {line}")));
+        wrong.extend(within(&part, ERRORS).err().map(|line| format!("scene {number}: {line}")));
         for (name, other) in [("whole", &whole), ("processor", &processor)] {
             if number >= NODES {
                 let found = same_until_failure(other, &part, impact(&case), 8).err();

@@ -221,7 +221,7 @@ fn projectile(scene: Scene, body: &RigidBody) -> Scene {
     }
 }
 
-/// Directions that mirror planes hold: of velocity, of turning, a bit each; every turning of a body that never turns.
+/// Directions that mirror planes hold: of velocity, of turning, a bit each; every turning of a locked body.
 fn body_held(body: &RigidBody) -> u32 {
     let [moves, turns] = if body.locked { [body.freedom[0], Default::default()] } else { body.freedom };
     moves.iter().chain(&turns).enumerate().filter(|(_, free)| **free == 0.0).map(|(bit, _)| 1_u32 << bit).sum()

@@ -6,7 +6,7 @@ use ripstop::output::csv;
 use ripstop::run::ProfilePoint;
 use ripstop::run::Run;
 
-use super::{EDGES, Outcome, Tests, impact, report, run_on, same_until_failure, within};
+use super::{EDGES, ERRORS, Outcome, Tests, impact, report, run_on, same_until_failure, within};
 use crate::scene::{builtin, checked, run, shipped};
 
 pub(super) const TESTS: Tests = &[
@@ -23,7 +23,7 @@ fn paper(device: &'static Device) -> Outcome {
         let case = builtin("cases/s720-1ply-155.json", sets);
         let (cpu, gpu) = (run(&case), run_on(device, &case));
         same_until_failure(&cpu, &gpu, impact(&case), rows)?;
-        within(&gpu, ERRORS[0], ERRORS[1])?;
+        within(&gpu, ERRORS)?;
         let [c, g] = [&cpu, &gpu].map(|run| run.history.last().unwrap().projectile_velocity);
         let allowed = if sets.is_empty() { 0.02 * c } else { 1e-4 * 250.0 };
         assert!(gpu.outcome == cpu.outcome && (g - c).abs() <= allowed, "leaves at {g} for {c} m/s");
@@ -116,12 +116,9 @@ fn off(cpu: &Run, gpu: &Run, allowed: Allowed, part: f64, energy: f64) -> Vec<St
     if c.abs_diff(g) as f64 > (part * c as f64).max(3.0) {
         wrong.push(format!("{g} failures for {c}"));
     }
-    wrong.extend(within(gpu, energy, f64::INFINITY).err());
+    wrong.extend(within(gpu, [energy, f64::INFINITY]).err());
     wrong
 }
-
-/// Largest errors of energy and of momentum.
-const ERRORS: [f64; 2] = [2e-6; 2];
 
 /// Scenes of cases/verify of which each asks a device for something that no other does.
 const VERIFY: [&str; 12] = [
@@ -173,7 +170,7 @@ fn verification(device: &'static Device) -> Outcome {
         // pulled slowly is the small rest of large ones: up to 5e-3 in single precision on the processor, too.
         let is_slow = ["strip-pulled-weft-held", "rate-of-strain"].contains(&name);
         if case.projectile.is_some() && !is_slow {
-            found.extend(within(&gpu, 1.0, momentum).err());
+            found.extend(within(&gpu, [1.0, momentum]).err());
         }
         wrong.extend(found.into_iter().map(|line| format!("{}: {line}", case.name)));
     }
