@@ -26,8 +26,8 @@ fn coupled_newton(stretch: vec2<f32>, start: vec2<f32>) -> Found {
     var x = start.x;
     var q = max(opening(x + start.y), 0.01 * loose);
     var y = other_height(x, q);
-    var pivot = yarn_response(yarn(PIVOT), stretch[PIVOT], x);
-    var other = yarn_response(yarn(1u - PIVOT), stretch[1u - PIVOT], y);
+    var pivot = yarn_response(PIVOT, stretch[PIVOT], x);
+    var other = yarn_response(1u - PIVOT, stretch[1u - PIVOT], y);
     var iterations = 1u;
     var met = false;
     var bound = 0.0;
@@ -82,8 +82,8 @@ fn coupled_newton(stretch: vec2<f32>, start: vec2<f32>) -> Found {
             met = true;
             break;
         }
-        pivot = yarn_response(yarn(PIVOT), stretch[PIVOT], x);
-        other = yarn_response(yarn(1u - PIVOT), stretch[1u - PIVOT], y);
+        pivot = yarn_response(PIVOT, stretch[PIVOT], x);
+        other = yarn_response(1u - PIVOT, stretch[1u - PIVOT], y);
         iterations += 1u;
     }
     var predictor = Predictor();

@@ -67,10 +67,10 @@ struct Found {
 }
 
 fn cell_point(stretch: vec2<f32>, x: f32) -> CellPoint {
-    let pivot = yarn_response(yarn(PIVOT), stretch[PIVOT], x);
+    let pivot = yarn_response(PIVOT, stretch[PIVOT], x);
     let d = compression(pivot.force);
     let other_height = scene.height_sum - d.x - x;
-    let other = yarn_response(yarn(1u - PIVOT), stretch[1u - PIVOT], other_height);
+    let other = yarn_response(1u - PIVOT, stretch[1u - PIVOT], other_height);
     return CellPoint(
         pivot,
         other,
@@ -95,7 +95,7 @@ fn refine(stretch: vec2<f32>, x: f32, start: CellPoint) -> CellPoint {
         if (met || !rises || !(0.0 < trial.pivot.force || lost)) { break; }
         // No higher than without compression: a slack yarn that is nearly flat hardly rises, and its steps go far beyond.
         trial.other_height = min(trial.other_height + trial.residual / trial.other.stiffness, scene.height_sum - x);
-        trial.other = yarn_response(yarn(1u - PIVOT), stretch[1u - PIVOT], trial.other_height);
+        trial.other = yarn_response(1u - PIVOT, stretch[1u - PIVOT], trial.other_height);
         trial.residual = trial.pivot.force - trial.other.force;
         // The first step may leave a yarn slack, further off than before: the next one brings it back.
         if (abs(trial.residual) < abs(best.residual)) { best = trial; }
@@ -147,18 +147,18 @@ fn safeguarded(stretch: vec2<f32>, start: f32, before: u32) -> Found {
     return Found(x, refine(stretch, x, best), iterations, 0.0, !unmet, Predictor());
 }
 
-/// Strain of a yarn that nothing presses [-].
-fn straight_strain(y: Yarn, stretch: f32) -> f32 { return (stretch - y.crimp) / (1.0 + y.crimp); }
+/// Strains of yarns that nothing presses [-].
+fn straight_strain(stretch: vec2<f32>) -> vec2<f32> { return (stretch - scene.crimp) / (1.0 + scene.crimp); }
 
 /// Tensions of warp and weft at their strains [N].
 fn tensions(strain: vec2<f32>) -> vec2<f32> {
-    return vec2<f32>(tension_at(yarn(0u), strain.x), tension_at(yarn(1u), strain.y));
+    return vec2<f32>(tension_at(0u, strain.x), tension_at(1u, strain.y));
 }
 
 /// Solves the cell for the stretches Λ = 1 + `stretch`, from the heights `warm` of the last step. `both`: both yarns
 /// are alive and present; elsewhere each straightens freely.
 fn solve(stretch: vec2<f32>, warm: vec2<f32>, both: bool) -> Equilibrium {
-    let straight = vec2<f32>(straight_strain(yarn(0u), stretch.x), straight_strain(yarn(1u), stretch.y));
+    let straight = straight_strain(stretch);
     let top = scene.height_sum;
     if (!both || !(0.0 < top)) {
         let tension = tensions(straight);
@@ -178,8 +178,8 @@ fn solve(stretch: vec2<f32>, warm: vec2<f32>, both: bool) -> Equilibrium {
     out.strain[1u - PIVOT] = best.other.strain;
     out.tension = tensions(out.strain);
     out.in_plane = out.tension * vec2<f32>(
-        in_plane_factor(yarn(0u), stretch.x, out.height.x),
-        in_plane_factor(yarn(1u), stretch.y, out.height.y));
+        in_plane_factor(0u, stretch.x, out.height.x),
+        in_plane_factor(1u, stretch.y, out.height.y));
     return out;
 }
 

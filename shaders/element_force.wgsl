@@ -12,8 +12,8 @@ struct Event {
 
 /// Energy of one element [J]: yarns, crossover compression, shear.
 fn stored_energy(size: ElementGeometry, tension: vec2<f32>, strain: vec2<f32>, force: f32, shear: f32) -> f32 {
-    let warp = twice_energy(0u, scene.warp_stiffness, tension.x, strain.x) * scene.warp_half_span * (1.0 + scene.warp_crimp);
-    let weft = twice_energy(1u, scene.weft_stiffness, tension.y, strain.y) * scene.weft_half_span * (1.0 + scene.weft_crimp);
+    let warp = twice_energy(0u, tension.x, strain.x) * scene.half_span.x * (1.0 + scene.crimp.x);
+    let weft = twice_energy(1u, tension.y, strain.y) * scene.half_span.y * (1.0 + scene.crimp.y);
     return size.cells * (warp + weft + compression_energy(force)) + size.area * shear;
 }
 
@@ -101,7 +101,7 @@ fn judge(element: u32, stretch: vec2<f32>, cell: Equilibrium, was_alive: vec2<bo
         near && was_alive.y && (limit.y <= piece_of(element, 1u, limit.y).x || breaks_with_another(element, 1u)));
     let alive = was_alive & !failed;
     if (any(alive & (limit <= cell.strain))) { atomicMax(&status[counter(AT_LIMIT)], step.index + 1u); }
-    let straight = vec2<f32>(straight_strain(yarn(0u), stretch.x), straight_strain(yarn(1u), stretch.y));
+    let straight = straight_strain(stretch);
     return YarnsLeft(was_alive, failed, alive, max(straight, vec2<f32>(0.0)), tensions(straight));
 }
 
@@ -145,8 +145,7 @@ fn forces_of(element: u32, motion: Motion, cell: Equilibrium, yarns_left: YarnsL
         drag = shock.force;
         rate = shock.rate;
         // N over the element's width times its length.
-        dissipated = dot(shock.work,
-            vec2<f32>(0.5 * size.membrane_warp / size.gradient_x, 0.5 * size.membrane_weft / size.gradient_y));
+        dissipated = dot(shock.work, 0.5 * size.membrane / size.gradient);
     }
     let pull = elastic + drag;
     var trellis = Shear();

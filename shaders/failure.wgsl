@@ -9,9 +9,8 @@ fn strain_of(element: u32, which: u32) -> f32 { return bitcast<f32>(cells[cell_w
 
 /// Failure strains of an element's yarns.
 fn failure_strain(element: u32) -> vec2<f32> {
-    let nominal = vec2<f32>(scene.warp_failure_strain, scene.weft_failure_strain);
-    if (!STRENGTH) { return nominal; }
-    return nominal * yarn_pair(2u, 0u, element);
+    if (!STRENGTH) { return scene.failure_strain; }
+    return scene.failure_strain * yarn_pair(2u, 0u, element);
 }
 
 /// Length of an element along a yarn over the finest.
@@ -59,7 +58,7 @@ fn add_strain(sums: ptr<function, Sums>, element: u32, which: u32, length: f32) 
 /// The elements along a yarn that lie within the failure length of the middle of one at a place (row, column).
 fn row_of(ply: u32, place: vec2<u32>, which: u32) -> Sums {
     var sums = Sums(0.0, 0.0, 1.0);
-    let reach = select(scene.failure_reach_weft, scene.failure_reach_warp, which == 0u);
+    let reach = scene.failure_reach[which];
     let own = place[1u - which];
     let axis = axis_of(ply, which);
     let half = 0.5 * width_along(ply, which, own);

@@ -34,7 +34,7 @@ fn line_at(ply: u32, axis: u32, line: u32) -> Line {
 
 /// Lengths along X and Y of a cell (row, column) of a ply [m].
 fn cell_size(ply: u32, cell: vec2<u32>) -> vec2<f32> {
-    let finest = vec2<f32>(plies[ply].length_x, plies[ply].length_y);
+    let finest = plies[ply].length;
     if (!GRADED) { return finest; }
     return finest * vec2<f32>(line_at(ply, 0u, cell.y).width, line_at(ply, 1u, cell.x).width);
 }

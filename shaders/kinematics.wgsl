@@ -6,49 +6,40 @@ const TINY: f32 = 1e-12;
 
 /// The constants of an element's own size; otherwise as in `Scene`.
 struct ElementGeometry {
-    gradient_x: f32,
-    gradient_y: f32,
-    membrane_warp: f32,
-    membrane_weft: f32,
-    half_length_warp: f32,
-    half_length_weft: f32,
+    gradient: vec2<f32>,
+    membrane: vec2<f32>,
+    half_length: vec2<f32>,
     /// Hourglass stiffness of both yarns [N/m].
     hourglass: f32,
-    viscosity_warp: f32,
-    viscosity_weft: f32,
+    viscosity: vec2<f32>,
     /// In proportion to the whole length, at steep fronts.
-    steep_viscosity_warp: f32,
-    steep_viscosity_weft: f32,
+    steep_viscosity: vec2<f32>,
     cells: f32,
     area: f32,
 }
 
 fn geometry_of(ply: u32, place: vec2<u32>) -> ElementGeometry {
-    // Width and its inverse along x and y, over the finest.
-    var x = vec2<f32>(1.0);
-    var y = vec2<f32>(1.0);
+    // Along x and y, over the finest.
+    var width = vec2<f32>(1.0);
+    var per_width = vec2<f32>(1.0);
     var limited = vec2<f32>(1.0);
     if (GRADED) {
         let across_x = line_at(ply, 0u, place.y);
         let across_y = line_at(ply, 1u, place.x);
-        x = vec2<f32>(across_x.width, across_x.per_width);
-        y = vec2<f32>(across_y.width, across_y.per_width);
-        limited = min(vec2<f32>(x.x, y.x), vec2<f32>(scene.viscous_length_x, scene.viscous_length_y));
+        width = vec2<f32>(across_x.width, across_y.width);
+        per_width = vec2<f32>(across_x.per_width, across_y.per_width);
+        limited = min(width, scene.viscous_length);
     }
+    let hourglass = scene.hourglass * per_width * per_width;
     return ElementGeometry(
-        scene.gradient_x * x.y,
-        scene.gradient_y * y.y,
-        scene.membrane_warp * y.x,
-        scene.membrane_weft * x.x,
-        scene.half_length_warp * y.x,
-        scene.half_length_weft * x.x,
-        scene.hourglass_warp * x.y * x.y + scene.hourglass_weft * y.y * y.y,
-        scene.viscosity_warp * limited.x,
-        scene.viscosity_weft * limited.y,
-        scene.viscosity_warp * x.x,
-        scene.viscosity_weft * y.x,
-        scene.cells * y.x * x.x,
-        scene.area * y.x * x.x);
+        scene.gradient * per_width,
+        scene.membrane * width.yx,
+        scene.half_length * width.yx,
+        hourglass.x + hourglass.y,
+        scene.viscosity * limited,
+        scene.viscosity * width,
+        scene.cells * width.y * width.x,
+        scene.area * width.y * width.x);
 }
 
 struct Kinematics {
@@ -79,22 +70,19 @@ fn differences(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, d: vec3<f32>) -> Differ
 }
 
 fn kinematics(size: ElementGeometry, u: Differences) -> Kinematics {
-    let g1 = u.x * size.gradient_x;
-    let g2 = u.y * size.gradient_y;
+    let g1 = u.x * size.gradient.x;
+    let g2 = u.y * size.gradient.y;
     let f1 = vec3<f32>(1.0 + g1.x, g1.y, g1.z);
     let f2 = vec3<f32>(g2.x, 1.0 + g2.y, g2.z);
-    let q = vec2<f32>(size.gradient_x * size.gradient_x, size.gradient_y * size.gradient_y) * (scene.mode_share * dot(u.mode, u.mode));
-    let l1 = max(sqrt(dot(f1, f1) + q.x), TINY);
-    let l2 = max(sqrt(dot(f2, f2) + q.y), TINY);
+    let q = size.gradient * size.gradient * (scene.mode_share * dot(u.mode, u.mode));
+    let length = max(sqrt(vec2<f32>(dot(f1, f1), dot(f2, f2)) + q), vec2<f32>(TINY));
     // Λ − 1 from the displacement gradient: no cancellation at small strain.
-    let s1 = (2.0 * g1.x + (dot(g1, g1) + q.x)) / (1.0 + l1);
-    let s2 = (2.0 * g2.y + (dot(g2, g2) + q.y)) / (1.0 + l2);
-    let i1 = 1.0 / l1;
-    let i2 = 1.0 / l2;
-    let sine = (g2.x + g1.y + dot(g1, g2)) * i1 * i2;
-    let per_mode = scene.mode_share * vec2<f32>(size.gradient_x * i1, size.gradient_y * i2);
+    let stretch = (2.0 * vec2<f32>(g1.x, g2.y) + (vec2<f32>(dot(g1, g1), dot(g2, g2)) + q)) / (1.0 + length);
+    let per_length = 1.0 / length;
+    let sine = (g2.x + g1.y + dot(g1, g2)) * per_length.x * per_length.y;
+    let per_mode = scene.mode_share * (size.gradient * per_length);
     return Kinematics(
-        vec2<f32>(s1, s2), f1 * i1, f2 * i2, u.mode, per_mode, vec2<f32>(i1, i2), min(max(sine, -1.0), 1.0));
+        stretch, f1 * per_length.x, f2 * per_length.y, u.mode, per_mode, per_length, min(max(sine, -1.0), 1.0));
 }
 
 /// Growth along warp and weft in a step.
@@ -109,9 +97,9 @@ struct Growth {
 
 /// Since the last forces. `v`: differences of velocities.
 fn growth(size: ElementGeometry, k: Kinematics, v: Differences) -> Growth {
-    let warp = v.x * (step.span * size.gradient_x);
-    let weft = v.y * (step.span * size.gradient_y);
-    let per_length = step.span * vec2<f32>(size.gradient_x, size.gradient_y);
+    let per_length = step.span * size.gradient;
+    let warp = v.x * per_length.x;
+    let weft = v.y * per_length.y;
     let along = vec2<f32>(dot(k.warp, warp), dot(k.weft, weft));
     let square = vec2<f32>(dot(warp, warp), dot(weft, weft));
     return Growth(

@@ -1,5 +1,64 @@
-// membrane: in-plane forces of an element: yarns, trellis shear that fades where a yarn is folded.
+// membrane: in-plane forces of an element: yarns, and trellis shear with locking, (25), that fades where a yarn is folded.
 // Twin: src/physics/membrane.rs
+
+/// asin(x)/x as a polynomial in x² on |x| ≤ ½, highest power first.
+const ARC_SINE_SINGLE = array<f32, 7>(
+    0.03767713930990015,
+    0.014295255316288355,
+    0.031857189096626805,
+    0.04450870947221119,
+    0.07500571381184176,
+    0.16666657639572235,
+    1.0000000002307785,
+);
+
+/// Arc sine of a number in [−1, 1].
+fn arc_sine(x: f32) -> f32 {
+    let size = min(abs(x), 1.0);
+    let small = size <= 0.5;
+    let argument = select(sqrt(0.5 * (1.0 - size)), size, small);
+    let s = squared(argument);
+    // Horner for the even (x) and for the odd (y) powers of x²: neither waits for the other.
+    let fourth = s * s;
+    var p = vec2<f32>(ARC_SINE_SINGLE[2], ARC_SINE_SINGLE[1]) + vec2<f32>(ARC_SINE_SINGLE[0] * fourth, 0.0);
+    p = p * fourth + vec2<f32>(ARC_SINE_SINGLE[4], ARC_SINE_SINGLE[3]);
+    p = p * fourth + vec2<f32>(ARC_SINE_SINGLE[6], ARC_SINE_SINGLE[5]);
+    let angle = argument * (p.x + p.y * s);
+    let whole = select(HALF_PI - 2.0 * angle, angle, small);
+    return select(whole, -whole, x < 0.0);
+}
+
+/// Shear resultant q(γ) [N/m] at γ [rad], and shear energy per reference area, ∫q dγ [J/m²].
+fn shear_of(gamma: f32) -> vec2<f32> {
+    let size = abs(gamma);
+    let third = 1.0 / 3.0;
+    let into = min(max(size - scene.shear_gamma1, 0.0), scene.shear_ramp);
+    let past = max(size - scene.shear_gamma1 - scene.shear_ramp, 0.0);
+    let q = scene.shear_g1 * size + 0.5 * scene.shear_slope * squared(into) + scene.shear_rise * past;
+    let base = 0.5 * scene.shear_g1 * squared(size);
+    let ramp = 0.5 * third * scene.shear_slope * into * into * into;
+    let energy = base + ramp + 0.5 * scene.shear_slope * squared(into) * past + 0.5 * scene.shear_rise * squared(past);
+    return vec2<f32>(select(q, -q, gamma < 0.0), energy);
+}
+
+/// Sine of the shear angle up to which (25) is followed; beyond it the energy goes on at a constant slope over the sine.
+const STEEPEST: f32 = 0.98;
+
+/// Trellis shear of an element at one time.
+struct Trellis {
+    /// dW/d(sin γ) [N/m].
+    slope: f32,
+    /// W [J/m²].
+    energy: f32,
+}
+
+/// Trellis shear at the sine of an angle.
+fn trellis_at(sine: f32) -> Trellis {
+    let followed = min(max(sine, -STEEPEST), STEEPEST);
+    let shear = shear_of(arc_sine(followed));
+    let slope = shear.x / sqrt(1.0 - squared(followed));
+    return Trellis(slope, shear.y + abs(slope) * abs(sine - followed));
+}
 
 /// Stretch of a yarn below which it counts as folded: its element's trellis energy fades with the stretch.
 const FOLDED_STRETCH: f32 = 0.5;
@@ -35,24 +94,21 @@ struct Membrane {
 
 /// P1·Ly/2 and P2·Lx/2 [N] from in-plane yarn forces and trellis shear.
 fn membrane(size: ElementGeometry, k: Kinematics, pull: vec2<f32>, shear: Shear) -> Membrane {
-    let n1 = pull.x * size.membrane_warp;
-    let n2 = pull.y * size.membrane_weft;
-    if (!SHEAR) { return Membrane(n1 * k.warp, n2 * k.weft); }
-    let m1 = n1 + shear.along.x * size.half_length_warp;
-    let m2 = n2 + shear.along.y * size.half_length_weft;
-    let q1 = shear.slope * size.half_length_warp * k.per_stretch.x;
-    let q2 = shear.slope * size.half_length_weft * k.per_stretch.y;
+    let yarns = pull * size.membrane;
+    if (!SHEAR) { return Membrane(yarns.x * k.warp, yarns.y * k.weft); }
+    let along = yarns + shear.along * size.half_length;
+    let across = shear.slope * size.half_length * k.per_stretch;
     return Membrane(
-        m1 * k.warp + q1 * (k.weft - k.sine * k.warp),
-        m2 * k.weft + q2 * (k.warp - k.sine * k.weft));
+        along.x * k.warp + across.x * (k.weft - k.sine * k.warp),
+        along.y * k.weft + across.y * (k.warp - k.sine * k.weft));
 }
 
 /// Force on the difference of opposite edges [N]. `pull`: without shock viscosity, which acts along the yarn at the centre alone.
 fn mode_force(size: ElementGeometry, k: Kinematics, pull: vec2<f32>, shear: Shear) -> vec3<f32> {
-    var along = pull * vec2<f32>(size.membrane_warp, size.membrane_weft);
+    var along = pull * size.membrane;
     if (SHEAR) {
         // The sine of the shear angle falls as the stretch grows.
-        along += vec2<f32>(size.half_length_warp, size.half_length_weft) * (shear.along - shear.slope * k.sine * k.per_stretch);
+        along += size.half_length * (shear.along - shear.slope * k.sine * k.per_stretch);
     }
     return dot(along, k.per_mode) * k.mode;
 }

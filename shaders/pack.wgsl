@@ -10,11 +10,9 @@ struct Ply {
     ply_type: u32,
     /// Yarns that are there: 1 warp, 2 weft.
     present: u32,
-    origin_x: f32,
-    origin_y: f32,
+    origin: vec2<f32>,
     /// Lengths of the finest elements [m].
-    length_x: f32,
-    length_y: f32,
+    length: vec2<f32>,
     /// Cosine and sine of the angle from the pack's X axis to the warp.
     cosine: f32,
     sine: f32,
@@ -183,13 +181,9 @@ fn to_ply(ply: u32, v: vec3<f32>) -> vec3<f32> {
 
 /// Reference position of a node in the ply's axes, its depth in the pack in z [m].
 fn reference(ply: u32, place: vec2<u32>) -> vec3<f32> {
-    var x = plies[ply].origin_x + plies[ply].length_x * f32(place.y);
-    var y = plies[ply].origin_y + plies[ply].length_y * f32(place.x);
-    if (GRADED) {
-        x = line_at(ply, 0u, place.y).place;
-        y = line_at(ply, 1u, place.x).place;
-    }
-    return vec3<f32>(x, y, plies[ply].z);
+    var lies = plies[ply].origin + plies[ply].length * vec2<f32>(place.yx);
+    if (GRADED) { lies = vec2<f32>(line_at(ply, 0u, place.y).place, line_at(ply, 1u, place.x).place); }
+    return vec3<f32>(lies, plies[ply].z);
 }
 
 /// First element above and to the right of a node, as if the ply went on.

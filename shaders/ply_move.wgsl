@@ -32,7 +32,7 @@ fn corner_viscous(ply: u32, place: vec2<u32>, there: bool, warp: f32, weft: f32)
     let k = kinematics(size, differences(
         vector_in(slot, 0u, at.x), vector_in(slot, 0u, at.y), vector_in(slot, 0u, at.z), vector_in(slot, 0u, at.w)));
     let drag = yarn_pair(slot_now(), DRAG, element_at(ply, place));
-    return (warp * drag.x * size.membrane_warp) * k.warp + (weft * drag.y * size.membrane_weft) * k.weft;
+    return (warp * drag.x * size.membrane.x) * k.warp + (weft * drag.y * size.membrane.y) * k.weft;
 }
 
 /// Shock viscosity's part of the internal force on a node [N].

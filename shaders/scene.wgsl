@@ -1,4 +1,6 @@
-// scene: constants of a run, the step at hand, and where a node or an element lies.
+// scene: constants of a run, the step at hand, the shot of a batch that a workgroup computes, what that has of its own, and where its part of
+// storage begins. Fields of nodes and elements hold those of all shots, one shot after another: number of a node and of an element say which
+// shot they are of. All else a shot has is in one piece.
 // Twin: src/gpu/layout/uniforms.rs and `status` of src/gpu/layout/mod.rs
 
 // What only the device rounds or counts.
@@ -62,18 +64,24 @@ struct Scene {
     plies: u32,
     /// Ply type of the constants below.
     ply_type: u32,
-    ply_friction: f32,
+    // Of warp and weft: EA [N], w0 [m], crimp, failure strain, and dF/dε of the continuation to slack yarns [N].
+    stiffness: vec2<f32>,
+    half_span: vec2<f32>,
+    crimp: vec2<f32>,
+    failure_strain: vec2<f32>,
+    slack: vec2<f32>,
+    // Element.
+    gradient: vec2<f32>,
+    membrane: vec2<f32>,
+    half_length: vec2<f32>,
+    hourglass: vec2<f32>,
+    /// Shock viscosity over the stiffness [s].
+    viscosity: vec2<f32>,
+    /// Length of an element above which the shock viscosity of smooth waves grows no more, over that of the finest.
+    viscous_length: vec2<f32>,
+    /// Half the failure length along warp and weft, in lengths of the finest element.
+    failure_reach: vec2<f32>,
     // Unit cell; forces [N], lengths [m].
-    warp_stiffness: f32,
-    warp_half_span: f32,
-    warp_crimp: f32,
-    warp_failure_strain: f32,
-    warp_slack: f32,
-    weft_stiffness: f32,
-    weft_half_span: f32,
-    weft_crimp: f32,
-    weft_failure_strain: f32,
-    weft_slack: f32,
     height_sum: f32,
     compression_a: f32,
     compression_b: f32,
@@ -92,21 +100,6 @@ struct Scene {
     shear_gamma1: f32,
     shear_ramp: f32,
     shear_slope: f32,
-    // Element.
-    gradient_x: f32,
-    gradient_y: f32,
-    membrane_warp: f32,
-    membrane_weft: f32,
-    half_length_warp: f32,
-    half_length_weft: f32,
-    hourglass_warp: f32,
-    hourglass_weft: f32,
-    /// Shock viscosity over the stiffness [s].
-    viscosity_warp: f32,
-    viscosity_weft: f32,
-    /// Length of an element above which the shock viscosity of smooth waves grows no more, over that of the finest.
-    viscous_length_x: f32,
-    viscous_length_y: f32,
     /// 1 over the stretch that a front adds while it crosses an element, and from which the viscosity of the whole length acts, over
     /// the coefficient of the viscosity.
     per_steep: f32,
@@ -116,9 +109,6 @@ struct Scene {
     rate_most: f32,
     /// Share of the square of half the difference of opposite edges in the square of a stretch.
     mode_share: f32,
-    /// Half the failure length along warp and weft, in lengths of the finest element.
-    failure_reach_warp: f32,
-    failure_reach_weft: f32,
     cells: f32,
     area: f32,
     dt: f32,
@@ -138,6 +128,7 @@ struct Scene {
     body_prescribed: u32,
     body_bar: u32,
     friction: f32,
+    ply_friction: f32,
     rim_depth: f32,
     profile_radius: f32,
     profile_count: u32,
@@ -232,3 +223,67 @@ fn slot_now() -> u32 { return step.index & 1u; }
 
 /// Number of an invocation among those of its shot.
 fn invocation_number(id: Invocation) -> u32 { return (id.group.y * id.groups.x + id.group.x) * GROUP + id.local; }
+
+/// Constants of a shot.
+struct Shot {
+    /// Velocity of the projectile at the start [m/s].
+    impact_x: f32,
+    impact_y: f32,
+    impact_z: f32,
+    /// An impulse between plies is counted in these [N·s].
+    impulse_unit: f32,
+    /// Largest distance that any node may go in a step [m].
+    travel: f32,
+    /// Place in storage.
+    number: u32,
+    pad0: u32,
+    pad1: u32,
+}
+
+/// Shots that run, in the order of the layers of a dispatch: one that has ended is not dispatched.
+@group(0) @binding(5) var<uniform> shots: array<Shot, 2048>;
+
+/// The one at hand; every kernel takes it from `shots` first.
+var<private> shot: Shot;
+
+fn first_node() -> u32 { return shot.number * scene.shot_nodes; }
+
+fn first_element() -> u32 { return shot.number * scene.shot_elements; }
+
+/// A ply of the shot among those of all shots.
+fn ply_number(ply: u32) -> u32 { return shot.number * scene.plies + ply; }
+
+/// Place of a word of the shot in `status`.
+fn counter(word: u32) -> u32 { return shot.number * (STATUS_WORDS + 4u * scene.plies) + word; }
+
+/// Words of a bit for every node of a shot, and of a bit for every such word.
+fn mark_words() -> vec2<u32> {
+    let words = (scene.shot_nodes + 31u) >> 5u;
+    return vec2<u32>(words, (words + 31u) >> 5u);
+}
+
+/// Place of a word of the shot in `candidates`.
+fn mark_word(word: u32) -> u32 {
+    let words = mark_words();
+    return shot.number * (words.x + words.y) + word;
+}
+
+/// Place of a point of the shot in `points`.
+fn point_number(point: u32) -> u32 { return shot.number * scene.points + point; }
+
+/// Place of a touch of the shot in `touches`.
+fn touch_number(at: u32) -> u32 { return shot.number * (scene.points + scene.plies * scene.constraints) + at; }
+
+/// Place of a member of the shot in `members`: three for each point of the rim that a ply has room for.
+fn member_number(member: u32) -> u32 { return shot.number * (2u * scene.plies * 3u * scene.constraints) + member; }
+
+/// Entries of a row of `matrix` that there is room for in the mean: rows begin with the first member of their block, and most blocks are short.
+const MATRIX_ROW: u32 = 32u;
+
+fn matrix_room() -> u32 { return scene.plies * 3u * scene.constraints * MATRIX_ROW; }
+
+/// Place of an entry of the shot in `matrix`.
+fn matrix_number(entry: u32) -> u32 { return shot.number * matrix_room() + entry; }
+
+/// Place of the block of a member there, while members are sorted.
+fn block_number(member: u32) -> u32 { return member_number(scene.plies * 3u * scene.constraints + member); }

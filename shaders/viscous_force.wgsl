@@ -17,10 +17,9 @@ const RATE_ITERATIONS: u32 = 3u;
 /// in this step; `before`: at the last step.
 fn overstress(tension: vec2<f32>, growth: vec2<f32>, before: vec2<f32>) -> vec2<f32> {
     let zero = vec2<f32>(0.0);
-    let yarns = vec2<f32>(scene.warp_stiffness, scene.weft_stiffness);
-    let per_rest = 1.0 / (1.0 + vec2<f32>(scene.warp_crimp, scene.weft_crimp));
+    let per_rest = 1.0 / (1.0 + scene.crimp);
     // An absent yarn has no stiffness either.
-    let stiffness = scene.rate_most * yarns / max(tension, max(yarns * LEAST_STRAIN, vec2<f32>(TINY)));
+    let stiffness = scene.rate_most * scene.stiffness / max(tension, max(scene.stiffness * LEAST_STRAIN, vec2<f32>(TINY)));
     let trial = max(before + stiffness * per_rest * growth, zero);
     let yielding = stiffness * (step.span * scene.rate_c);
     var x = min(before, trial);
@@ -39,16 +38,13 @@ fn overstress(tension: vec2<f32>, growth: vec2<f32>, before: vec2<f32>) -> vec2<
 fn viscous_forces(
     size: ElementGeometry, k: Kinematics, v: Differences, grown: Growth, elastic: vec2<f32>, before: vec2<f32>, rate_before: vec2<f32>,
 ) -> Viscous {
-    let rate = vec2<f32>(dot(k.warp, v.x) * size.gradient_x, dot(k.weft, v.y) * size.gradient_y);
-    let smooth_waves = vec2<f32>(size.viscosity_warp, size.viscosity_weft);
-    let fronts = vec2<f32>(size.steep_viscosity_warp, size.steep_viscosity_weft);
-    let steepness = min(abs(rate) * fronts * scene.per_steep, vec2<f32>(1.0));
-    let viscosity = smooth_waves + (fronts - smooth_waves) * steepness;
+    let rate = vec2<f32>(dot(k.warp, v.x), dot(k.weft, v.y)) * size.gradient;
+    let steepness = min(abs(rate) * size.steep_viscosity * scene.per_steep, vec2<f32>(1.0));
+    let viscosity = size.viscosity + (size.steep_viscosity - size.viscosity) * steepness;
     let zero = vec2<f32>(0.0);
-    let stiffness = vec2<f32>(scene.warp_stiffness, scene.weft_stiffness);
     var added = zero;
     if (RATE) { added = overstress(elastic, grown.along, rate_before); }
-    let force = select(max(stiffness * viscosity * rate + added * elastic, -elastic), zero, elastic <= zero);
+    let force = select(max(scene.stiffness * viscosity * rate + added * elastic, -elastic), zero, elastic <= zero);
     // The same rate along the directions of the last step, from Λ² - 1 there.
     let now = 1.0 + k.stretch;
     let more = k.stretch * (now + 1.0) - 2.0 * now * grown.whole + grown.whole_square;

@@ -35,7 +35,7 @@ fn yarn_load(id: Invocation) {
     let place = element_place(element);
     if (!is_element(ply, place) || plies[ply].ply_type != scene.ply_type) { return; }
     let strain = vec2<f32>(yarn_strain(ply, place, 0u), yarn_strain(ply, place, 1u));
-    let tension = strain * vec2<f32>(scene.warp_stiffness, scene.weft_stiffness);
+    let tension = strain * scene.stiffness;
     let warp = piece_of(element, 0u, 0.0);
     let weft = piece_of(element, 1u, 0.0);
     let load = vec2<f32>(warp.x * warp.y, weft.x * weft.y) / failure_strain(element);

@@ -74,8 +74,8 @@ pub struct Kernel {
     pub bindings: &'static [(BufferId, Access)],
 }
 
-/// Kernels: stage, name, extent, sources besides the kernel's own, constants, and bindings. Every source ends with the pack, its grid lines, the
-/// shot, the scene and numbers.
+/// Kernels: stage, name, extent, sources besides the kernel's own, constants, and bindings. Every source ends with the pack, its grid lines,
+/// the scene and numbers.
 macro_rules! kernels {
     ($($stage:ident $name:literal $extent:ident [$($source:literal),+] ($($constant:ident)+) {$($id:ident $access:ident),+};)+) => {
         [$(Kernel {
@@ -87,7 +87,6 @@ macro_rules! kernels {
                 $(include_str!(concat!("../../shaders/", $source, ".wgsl")),)+
                 include_str!("../../shaders/pack.wgsl"),
                 include_str!("../../shaders/grid_lines.wgsl"),
-                include_str!("../../shaders/shot.wgsl"),
                 include_str!("../../shaders/scene.wgsl"),
                 include_str!("../../shaders/scalar.wgsl"),
             ],
@@ -102,24 +101,23 @@ pub const KERNELS: [Kernel; 7] = kernels! {
     // Forces of the elements, and motion of the nodes.
     Sweep "sweep" Tiles
         ["element_force", "node_update", "kinematics", "membrane", "viscous_force", "failure", "crossover", "coupled_newton",
-         "yarn_law", "yarn_curve", "arc_length", "shear", "cells", "sums", "supports", "projectile_shape", "rigid_body",
-         "active_region"]
+         "yarn_law", "cells", "sums", "supports", "projectile_shape", "rigid_body", "active_region"]
         (VARIATIONAL PIVOT TERMS COMPRESSION CURVE SHEAR VISCOUS RATE STRENGTH EDGES GRADED FRAME BACKING TILE_ROWS)
         {Nodes Write, Cells Write, Tiles Write, Status Write, Events Write, Supports Write, Body Read,
          Candidates Write};
     // Contacts between plies, and their number at each node.
     Plies "ply_search" Nodes
-        ["ply_contact", "ply_view", "cells", "active_region"]
+        ["ply_contact", "cells", "active_region"]
         (GRADED)
         {Nodes Read, Cells Read, Over Write, Contacts Write, Shares Write, Status Write};
     // Impulses of the contacts between plies.
     Plies "ply_impulse" Nodes
-        ["ply_contact", "ply_view"]
+        ["ply_contact"]
         (GRADED FRAME)
         {Nodes Read, Over Read, Contacts Read, Shares Read, Impulses Write, ContactWork Write, Status Write};
     // Impulses of contact between plies, applied to the nodes.
     Plies "ply_move" Nodes
-        ["ply_view", "kinematics", "cells", "supports", "active_region"]
+        ["ply_contact", "kinematics", "cells", "supports", "active_region"]
         (VISCOUS GRADED FRAME BACKING)
         {Nodes Write, Cells Read, Shares Write, Impulses Write, ContactWork Write, Supports Write, Status Write};
     // Contact of the projectile where it may touch, and its motion.
@@ -131,7 +129,7 @@ pub const KERNELS: [Kernel; 7] = kernels! {
          Members Write, Matrix Write};
     // Tensions and loads of yarns.
     EnergyBalance "yarn_load" Elements
-        ["failure", "yarn_curve", "cells", "sums"]
+        ["failure", "yarn_law", "cells", "sums"]
         (CURVE STRENGTH GRADED TILE_ROWS)
         {Nodes Read, Cells Read, Tiles Write};
     // Sums of energy, momentum and counts.

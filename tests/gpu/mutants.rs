@@ -95,7 +95,7 @@ defects! {
             "let row = place.x + before >= reach.x" => "let row = place.x + 1u >= reach.x + before";
         "mean along the other yarn" in "failure over a length":
             "vec2<u32>(u32(at), place.y), vec2<u32>(place.x, u32(at)), which == 0u" => "vec2<u32>(u32(at), place.y), vec2<u32>(place.x, u32(at)), which == 1u";
-        "weft force of the finest" in "graded": "scene.membrane_weft * x.x" => "scene.membrane_weft";
+        "weft force of the finest" in "graded": "scene.membrane * width.yx" => "scene.membrane * vec2<f32>(width.y, 1.0)";
         "lines of the first sheet" in "graded plies of two fabrics": "(2u * plies[ply].ply_type + axis)" => "axis";
         "compression missing" in "variational, compressible": "scene.compression_a - scene.compression_b * q, 0.0" => "0.0, 0.0";
         "warm start not used" in "variational, compressible":
@@ -103,7 +103,7 @@ defects! {
         "curvature of the arc" in "variational, compressible":
             "(1.0 + excess) * inverse_secant * inverse_secant - b" => "(1.0 + excess) * inverse_secant - b";
         "energy of a linear yarn" in "yarns with curves":
-            "select(0.0, stiffness * sum, 0.0 < tension)" => "tension * strain";
+            "select(0.0, scene.stiffness[which] * sum, 0.0 < tension)" => "tension * strain";
         "contact force halved" in "variational, compressible": "force = PI * s.arc.slope" => "force = HALF_PI * s.arc.slope";
         "sums of a row alone" in "variational, compressible": "i < INVOCATIONS; i += side()" => "i < side(); i += side()";
         "elements of the next tile left out" in "several workgroups of the energy balance": "corner_force(local - side(), 1.0, -1.0, 1.0)" => "select(vec3<f32>(0.0), corner_force(local - side(), 1.0, -1.0, 1.0), local >= 2u * side())";

@@ -41,17 +41,17 @@ shared! {
     /// Constants of the shots of a batch and of one of their ply types.
     Scene {
         columns: u32, rows: u32, elements: u32, nodes: u32, shot_elements: u32, shot_nodes: u32, plies: u32,
-        ply_type: u32, ply_friction: f32,
-        warp_stiffness: f32, warp_half_span: f32, warp_crimp: f32, warp_failure_strain: f32, warp_slack: f32,
-        weft_stiffness: f32, weft_half_span: f32, weft_crimp: f32, weft_failure_strain: f32, weft_slack: f32,
+        ply_type: u32,
+        stiffness: [f32; 2], half_span: [f32; 2], crimp: [f32; 2], failure_strain: [f32; 2], slack: [f32; 2],
+        gradient: [f32; 2], membrane: [f32; 2], half_length: [f32; 2], hourglass: [f32; 2], viscosity: [f32; 2],
+        viscous_length: [f32; 2], failure_reach: [f32; 2],
         height_sum: f32, compression_a: f32, compression_b: f32, compression_offset: f32,
         compression_uncompressed: f32, compression_per_b: f32, min_stiffness: f32, roundoff_tolerance: f32,
         tolerance: f32, shear_g1: f32, shear_rise: f32, shear_gamma1: f32, shear_ramp: f32, shear_slope: f32,
-        gradient: [f32; 2], membrane: [f32; 2], half_length: [f32; 2], hourglass: [f32; 2], viscosity: [f32; 2],
-        viscous_length: [f32; 2], per_steep: f32,
-        rate_c: f32, rate_power: f32, rate_most: f32, mode_share: f32, failure_reach: [f32; 2], cells: f32, area: f32,
+        per_steep: f32,
+        rate_c: f32, rate_power: f32, rate_most: f32, mode_share: f32, cells: f32, area: f32,
         dt: f32, body_mass: f32, body_inertia: [f32; 3], body_radius: f32, body_bounding_radius: f32, body_nose: f32,
-        body_back: f32, body_shoulder: f32, body_prescribed: u32, body_bar: u32, friction: f32, rim_depth: f32,
+        body_back: f32, body_shoulder: f32, body_prescribed: u32, body_bar: u32, friction: f32, ply_friction: f32, rim_depth: f32,
         profile_radius: f32, profile_count: u32, profile_flat: u32, profile_arc: f32, chisel: u32, chisel_half: f32,
         chisel_sine: f32, chisel_cosine: f32, chisel_slope: f32, chisel_corner: f32, points: u32, groups: u32,
         body_held: u32, mirror: u32, constraints: u32, pad: u32, profile: [[f32; 4]; CORNERS],
@@ -139,18 +139,13 @@ pub fn scene(model: &Model<f32>, ply_type: usize, sizes: &Sizes) -> Scene {
 /// Constants of the elements of a ply type.
 fn element(ply_type: &PlyType<f32>) -> Scene {
     let c: ElementConstants<f32> = ply_type.constants();
-    let [warp, weft] = &c.cell.yarn;
+    let yarns = &c.cell.yarn;
     Scene {
-        warp_stiffness: warp.stiffness,
-        warp_half_span: warp.half_span,
-        warp_crimp: warp.crimp,
-        warp_failure_strain: warp.failure_strain,
-        warp_slack: warp.slack_slope,
-        weft_stiffness: weft.stiffness,
-        weft_half_span: weft.half_span,
-        weft_crimp: weft.crimp,
-        weft_failure_strain: weft.failure_strain,
-        weft_slack: weft.slack_slope,
+        stiffness: yarns.each_ref().map(|yarn| yarn.stiffness),
+        half_span: yarns.each_ref().map(|yarn| yarn.half_span),
+        crimp: yarns.each_ref().map(|yarn| yarn.crimp),
+        failure_strain: yarns.each_ref().map(|yarn| yarn.failure_strain),
+        slack: yarns.each_ref().map(|yarn| yarn.slack_slope),
         height_sum: c.cell.height_sum,
         compression_a: c.cell.compression[0],
         compression_b: c.cell.compression[1],
