@@ -13,7 +13,7 @@ use crate::solver::contact::edge_contact::EdgeContact;
 /// Changes of the set of pushing nodes allowed in one step.
 pub const SET_CHANGES: usize = 40;
 /// Sweeps of friction after the normal impulses are found. What they add to the approach of other points the next step takes up:
-/// measured in docs/decisions/14.
+/// measured in docs/decisions/08.
 pub const FRICTION_SWEEPS: usize = 3;
 /// Rounding of relative velocities in double precision, over the largest speed of the body [-].
 pub(crate) const NOISE: f64 = 1e-9;
