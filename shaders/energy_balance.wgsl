@@ -5,7 +5,7 @@
 //   in/out  contact_work  array<f32>  (5, N)   of contact between plies, since the last sample: lost, lost to friction, work of moving nodes
 //                                          out of other plies, work on the elements; that in the half step after the positions, of this
 //                                          step; from 0 again [J]
-//   in/out  supports  array<f32>  (S, 3)   impulse of the supports, from 0 again [N·s]
+//   in/out  supports  array<f32>  (3, N)   impulse of the supports, from 0 again [N·s]
 //   in/out  bodies    array<Body>          their sums begin at 0 again
 //   in      status    array<u32>           counters
 //   out     samples   array<u32>  (slots, shots that run, groups·28 + 73)
@@ -109,6 +109,12 @@ fn add_node(ply: u32, node: u32, place: vec2<u32>) {
     part[FASTEST] = max(part[FASTEST], square);
     let momentum = mass * to_pack(ply, v);
     for (var a = 0u; a < 3u; a++) { part[MOMENTUM + a] += momentum[a]; }
+    if (held(ply, place) != 0u || has_clay(ply)) {
+        for (var a = 0u; a < 3u; a++) {
+            part[SUPPORT + a] += supports[a * n + node];
+            supports[a * n + node] = 0.0;
+        }
+    }
     if (has_clay(ply)) {
         part[CLAY_DEPTH] = max(part[CLAY_DEPTH], nodes[clay_word(CRATER, node)]);
         part[CLAY_WORK] += nodes[clay_word(INTO_CLAY, node)];
@@ -146,11 +152,6 @@ fn energy_balance(id: Invocation) {
         let place = node_place(node);
         if (!is_node(ply, place)) { continue; }
         add_node(ply, node, place);
-    }
-    let rim = select(2u * (scene.columns + scene.rows + 2u), ply_nodes, supports_every_node());
-    for (var i = 3u * begin; i < 3u * rim; i += select(3u * stride - 2u, 1u, i % 3u < 2u)) {
-        part[SUPPORT + i % 3u] += supports[3u * ply_number(ply) * rim + i];
-        supports[3u * ply_number(ply) * rim + i] = 0.0;
     }
     for (var i = 0u; i < SUMS; i++) { sums[i * 65u + id.local] = part[i]; }
     workgroupBarrier();

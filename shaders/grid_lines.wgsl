@@ -63,12 +63,6 @@ fn is_framed(ply: u32) -> bool { return FRAME && plies[ply].shares_row > 0u; }
 /// Whether an element is there: a frame leaves none outside its opening.
 fn is_present(ply: u32, place: vec2<u32>) -> bool { return !is_framed(ply) || in_frame(ply, PRESENCE, place) > 0.0; }
 
-/// The part of the mass of an inner node of the finest elements that a node of a graded mesh, or in a frame, has [-].
-fn mass_share(ply: u32, place: vec2<u32>) -> f32 {
-    if (is_framed(ply)) { return abs(in_frame(ply, SHARES, place)); }
-    return line_at(ply, 0u, place.y).share * line_at(ply, 1u, place.x).share;
-}
-
 /// Impulses between plies are counted at a node in units of 2 to the power of this: heavier nodes take larger ones. With `ceil` of a
 /// single product it is the same in every kernel.
 fn count_shift(ply: u32, place: vec2<u32>) -> u32 {

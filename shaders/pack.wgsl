@@ -23,11 +23,9 @@ struct Ply {
     /// Distance of mid-planes at which it touches the ply behind it, and mean thickness of the two [m].
     touching: f32,
     thickness: f32,
-    // Mass [kg] of an inner node, 1/mass of an inner, edge and corner node; of the finest elements.
+    // Mass [kg] of an inner node of the finest elements, and 1/mass.
     mass: f32,
-    inverse_inner: f32,
-    inverse_edge: f32,
-    inverse_corner: f32,
+    inverse_mass: f32,
     /// Held directions (1 x, 2 y, 4 z) of the left, right, bottom and top side, three bits each; from bit 12 on, which of
     /// these sides mirror planes cut.
     held: u32,
@@ -42,9 +40,7 @@ struct Ply {
     clay_gap: f32,
     clay_rate: f32,
     clay_gain: f32,
-    pad0: u32,
-    pad1: u32,
-    pad2: u32,
+    pad: u32,
 }
 
 // Numbers of a node of a ply with clay behind it, after its vectors.
@@ -118,25 +114,20 @@ fn held(ply: u32, place: vec2<u32>) -> u32 {
     return bits & 7u;
 }
 
-/// Edges a node lies on: 0, 1 or 2.
-fn edges(ply: u32, place: vec2<u32>) -> u32 {
+/// Mass of a node over that of an inner one of the finest elements: where these are even, a half on each edge it lies on.
+fn mass_share(ply: u32, place: vec2<u32>) -> f32 {
+    if (is_framed(ply)) { return abs(in_frame(ply, SHARES, place)); }
+    if (GRADED) { return line_at(ply, 0u, place.y).share * line_at(ply, 1u, place.x).share; }
     let row = place.x == 0u || place.x == plies[ply].rows;
     let column = place.y == 0u || place.y == plies[ply].columns;
-    return u32(row) + u32(column);
+    return select(1.0, 0.5, row) * select(1.0, 0.5, column);
 }
 
-fn node_mass(ply: u32, place: vec2<u32>) -> f32 {
-    if (GRADED || is_framed(ply)) { return plies[ply].mass * mass_share(ply, place); }
-    let count = edges(ply, place);
-    return plies[ply].mass * select(select(1.0, 0.5, count == 1u), 0.25, count == 2u);
-}
+fn node_mass(ply: u32, place: vec2<u32>) -> f32 { return plies[ply].mass * mass_share(ply, place); }
 
 /// 1/mass by direction of the ply [1/kg], 0 where held.
 fn inverse_mass(ply: u32, place: vec2<u32>) -> vec3<f32> {
-    let count = edges(ply, place);
-    let edge = select(plies[ply].inverse_inner, plies[ply].inverse_edge, count == 1u);
-    var inverse = select(edge, plies[ply].inverse_corner, count == 2u);
-    if (GRADED || is_framed(ply)) { inverse = plies[ply].inverse_inner / mass_share(ply, place); }
+    let inverse = plies[ply].inverse_mass / mass_share(ply, place);
     let bits = vec3<u32>(held(ply, place)) & vec3<u32>(1u, 2u, 4u);
     return select(vec3<f32>(inverse), vec3<f32>(0.0), bits != vec3<u32>(0u));
 }
@@ -214,9 +205,6 @@ fn clay_word(which: u32, node: u32) -> u32 { return node_word(2u, which, node); 
 
 /// Whether a ply has clay behind it.
 fn has_clay(ply: u32) -> bool { return BACKING && 0.0 < plies[ply].clay_rate; }
-
-/// Supports have a place for every node, not for those on the sides of plies alone: there is a frame, or clay.
-fn supports_every_node() -> bool { return is_framed(0u) || has_clay(scene.plies - 1u); }
 
 /// Velocity of a node before the forces of this step, less what clay took since, which is no force [m/s].
 fn velocity_before(ply: u32, node: u32) -> vec3<f32> {

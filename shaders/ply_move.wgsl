@@ -4,7 +4,7 @@
 //   in/out  shares    array<u32>  (N)      contacts of a node, by weight; from 0 again
 //   in/out  impulses  array<i32>  (N, 6)   counted impulses; from 0 again
 //   in/out  contact_work  array<f32>  (5, N)   see `energy_balance`
-//   in/out  supports  array<f32>  (S, 3)   impulse of the supports since the last sample [N·s], nodes of the rim
+//   in/out  supports  array<f32>  (3, N)   impulse of the supports since the last sample [N·s]
 //   in/out  status    array<u32>           counters
 // Twin: src/solver/contact/ply_impulse.rs
 

@@ -177,8 +177,8 @@ fn friction_share(local: u32) -> f32 {
             let arm = touches[touch_number(t)].arm;
             let square = dot(arm.xyz, arm.xyz);
             // At most, in any direction across the normal.
-            let turned = square / min(scene.body_inertia_x, scene.body_inertia_y)
-                + (square - squared(dot(arm.xyz, axis))) / scene.body_inertia_z;
+            let turned = square / min(scene.body_inertia.x, scene.body_inertia.y)
+                + (square - squared(dot(arm.xyz, axis))) / scene.body_inertia.z;
             part[0] += arm.w * (1.0 / scene.body_mass + select(0.0, turned, may_turn()));
         }
     }

@@ -118,9 +118,9 @@ fn body_inertia() -> array<f32, 6> {
     let axis = rotate(body.orientation, vec3<f32>(0.0, 0.0, 1.0));
     let scale = 1.0 / squared(scene.body_bounding_radius);
     // Excess of x and z over y; the rest is the same in every direction.
-    let across = scene.body_inertia_y * scale;
-    let more_x = (scene.body_inertia_x - scene.body_inertia_y) * scale;
-    let more_z = (scene.body_inertia_z - scene.body_inertia_y) * scale;
+    let across = scene.body_inertia.y * scale;
+    let more_x = (scene.body_inertia.x - scene.body_inertia.y) * scale;
+    let more_z = (scene.body_inertia.z - scene.body_inertia.y) * scale;
     return array<f32, 6>(
         across + more_x * side.x * side.x + more_z * axis.x * axis.x,
         more_x * side.y * side.x + more_z * axis.y * axis.x,

@@ -63,7 +63,7 @@ fn remain(moved: vec3<i32>) -> vec4<i32> { return vec4<i32>(moved & vec3<i32>(0x
 
 fn angular_velocity(orientation: vec4<f32>, spin: vec3<f32>) -> vec3<f32> {
     let local = rotate_back(orientation, spin);
-    return rotate(orientation, local / vec3<f32>(scene.body_inertia_x, scene.body_inertia_y, scene.body_inertia_z));
+    return rotate(orientation, local / scene.body_inertia);
 }
 
 /// Turns an orientation by the rotation vector θ; series, because a step's angle is small.
@@ -89,14 +89,13 @@ fn may_turn() -> bool { return (scene.body_held & 56u) != 56u; }
 /// Moves the body through Δt of free flight.
 fn advance(start: Body) -> Body {
     var b = start;
-    b.velocity = vec4<f32>(vec3<f32>(shot.impact_x, shot.impact_y, shot.impact_z) + b.change.xyz, 0.0);
+    b.velocity = vec4<f32>(shot.impact + b.change.xyz, 0.0);
     let moved = b.fine.xyz + vec3<i32>(round(b.velocity.xyz * scene.dt * FIXED_POINT_SCALE));
     b.coarse = carry(b.coarse.xyz, moved);
     b.fine = remain(moved);
     b.turning = vec4<f32>(0.0);
     if (may_turn()) {
-        let inertia = vec3<f32>(scene.body_inertia_x, scene.body_inertia_y, scene.body_inertia_z);
-        let inverse = 1.0 / inertia;
+        let inverse = 1.0 / scene.body_inertia;
         let uneven = 0.5 * scene.dt * (inverse.x - inverse.y);
         var q = spun(b.orientation, b.angular_momentum.xyz, vec3<f32>(1.0, 0.0, 0.0), uneven);
         // A symmetric top turns about its axis and, at the same time, about its angular momentum, at constant rates.

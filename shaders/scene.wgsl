@@ -113,11 +113,6 @@ struct Scene {
     area: f32,
     dt: f32,
     // Projectile.
-    body_mass: f32,
-    /// About the body's own axes [kg·m²].
-    body_inertia_x: f32,
-    body_inertia_y: f32,
-    body_inertia_z: f32,
     body_radius: f32,
     body_bounding_radius: f32,
     /// From the centre of mass to the tip of the nose along the axis [m].
@@ -153,6 +148,9 @@ struct Scene {
     /// Room for points of the rim on each ply.
     constraints: u32,
     pad: u32,
+    /// About the body's own axes [kg·m²].
+    body_inertia: vec3<f32>,
+    body_mass: f32,
     /// Corner (ρ, s) and outward normal (ρ, s) of the side that begins there.
     profile: array<vec4<f32>, 5>,
 }
@@ -227,9 +225,7 @@ fn invocation_number(id: Invocation) -> u32 { return (id.group.y * id.groups.x +
 /// Constants of a shot.
 struct Shot {
     /// Velocity of the projectile at the start [m/s].
-    impact_x: f32,
-    impact_y: f32,
-    impact_z: f32,
+    impact: vec3<f32>,
     /// An impulse between plies is counted in these [N·s].
     impulse_unit: f32,
     /// Largest distance that any node may go in a step [m].

@@ -5,7 +5,7 @@
 //   in/out  tiles       array<f32>  (T, 14)     sums of the owned elements and nodes
 //   in/out  status      array<u32>              counters
 //   out     events      array<Event>            yarn failures
-//   in/out  supports    array<f32>  (S, 3)      impulse of the supports since the last sample [N·s], nodes of the rim
+//   in/out  supports    array<f32>  (3, N)      impulse of the supports since the last sample [N·s]
 //   in      bodies      array<Body>             the projectiles
 //   out     candidates  array<u32>              a bit per node, then a bit per word of these
 // Twin: src/solver/sweep.rs

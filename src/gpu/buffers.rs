@@ -65,7 +65,7 @@ buffers! {
     Status = "status",
     /// Failures, shape (2·elements, 4): every yarn breaks once, so the list cannot overflow.
     Events = "events",
-    /// Impulse of the supports, shape (nodes on the edges, 3).
+    /// Impulse of the supports, shape (3, nodes).
     Supports = "supports",
     /// The projectiles.
     Body = "bodies",
@@ -110,8 +110,6 @@ pub struct Sizes {
     pub nodes: u64,
     /// Numbers of a node; see [`BufferId::Nodes`].
     pub node_fields: u64,
-    /// Nodes that may be held: those on the edges of the plies; in a frame, and with clay behind the pack, all.
-    pub edge_nodes: u64,
     /// Rows of the texture of grid lines.
     pub texture_rows: u64,
     /// Room for nodes near the projectile, none without one.
@@ -153,10 +151,6 @@ impl Sizes {
             tiles: [tiles(grid.rows, tile_rows), tiles(grid.columns, INVOCATIONS / tile_rows)],
             nodes,
             node_fields: STATE_SLOTS * NODE_FIELDS + if features.backing { clay::CLAY_FIELDS as u64 } else { 0 },
-            edge_nodes: match features.frame || features.backing {
-                true => nodes,
-                false => (grid.plies * 2 * (grid.columns + grid.rows + 2)) as u64,
-            },
             texture_rows: texture_rows(model) as u64,
             points: if model.projectile.is_some() { nodes.min(POINTS) } else { 0 },
             constraints: if model.edges { constraints(model, radius / shortest) } else { 0 },
@@ -199,7 +193,7 @@ impl Sizes {
             BufferId::ContactWork => [CONTACT_WORK_FIELDS, meeting],
             BufferId::Status => [1, STATUS_WORDS as u64 + REACH_WORDS * self.plies],
             BufferId::Events => [1, 2 * EVENT_WORDS * self.elements],
-            BufferId::Supports => [1, 3 * self.edge_nodes],
+            BufferId::Supports => [3, self.nodes],
             BufferId::Body => [1, BODY_WORDS as u64],
             BufferId::Candidates => [1, mask_words + mask_words.div_ceil(32)],
             BufferId::Points => [1, (POINT_WORDS * self.points).max(1)],

@@ -111,7 +111,7 @@ defects! {
         "rows and columns of an edge" in "variational, compressible":
             "select(0u, sides, place.y == 0u)" => "select(0u, sides, place.x == 0u)";
         "no node of a frame held" in "a round window, graded": "in_frame(ply, SHARES, place) <= 0.0" => "false";
-        "supports of a frame on its rim" in "a round window, graded": "if (supports_every_node()) { return node_at(ply, place); }" => "";
+        "supports along the axes of the ply" in "thirty degrees, clamped, smooth": "let turned = to_pack(ply, impulse);" => "let turned = impulse;";
         "clay that throws back" in "against clay": "into * most / max(free, most)" => "most";
     }
     yarn_load {

@@ -50,11 +50,12 @@ shared! {
         tolerance: f32, shear_g1: f32, shear_rise: f32, shear_gamma1: f32, shear_ramp: f32, shear_slope: f32,
         per_steep: f32,
         rate_c: f32, rate_power: f32, rate_most: f32, mode_share: f32, cells: f32, area: f32,
-        dt: f32, body_mass: f32, body_inertia: [f32; 3], body_radius: f32, body_bounding_radius: f32, body_nose: f32,
+        dt: f32, body_radius: f32, body_bounding_radius: f32, body_nose: f32,
         body_back: f32, body_shoulder: f32, body_prescribed: u32, body_bar: u32, friction: f32, ply_friction: f32, rim_depth: f32,
         profile_radius: f32, profile_count: u32, profile_flat: u32, profile_arc: f32, chisel: u32, chisel_half: f32,
         chisel_sine: f32, chisel_cosine: f32, chisel_slope: f32, chisel_corner: f32, points: u32, groups: u32,
-        body_held: u32, mirror: u32, constraints: u32, pad: u32, profile: [[f32; 4]; CORNERS],
+        body_held: u32, mirror: u32, constraints: u32, pad: u32, body_inertia: [f32; 3], body_mass: f32,
+        profile: [[f32; 4]; CORNERS],
     }
 
     /// One step.
@@ -66,9 +67,9 @@ shared! {
     /// One ply.
     Ply {
         rows: u32, columns: u32, ply_type: u32, present: u32, origin: [f32; 2], length: [f32; 2], cosine: f32,
-        sine: f32, z: f32, depth: f32, touching: f32, thickness: f32, mass: f32, inverse_inner: f32,
-        inverse_edge: f32, inverse_corner: f32, held: u32, span: u32, longest: f32, shares_row: u32, clay_gap: f32,
-        clay_rate: f32, clay_gain: f32, pad: [u32; 3],
+        sine: f32, z: f32, depth: f32, touching: f32, thickness: f32, mass: f32, inverse_mass: f32,
+        held: u32, span: u32, longest: f32, shares_row: u32, clay_gap: f32,
+        clay_rate: f32, clay_gain: f32, pad: u32,
     }
 
     /// One grid line.
@@ -289,9 +290,7 @@ pub fn plies(model: &Model<f32>) -> Vec<Ply> {
             touching: (own.touching as f32).min(apart),
             thickness: own.thickness as f32,
             mass: mass as f32,
-            inverse_inner: (1.0 / mass) as f32,
-            inverse_edge: (2.0 / mass) as f32,
-            inverse_corner: (4.0 / mass) as f32,
+            inverse_mass: (1.0 / mass) as f32,
             held: constrained(&ply_type.edges) | cut_sides(mesh) << 12,
             span: model.projectile.as_ref().map_or(0, |body| unbroken_cells(mesh, body) as u32),
             longest: mesh.longest() as f32,
@@ -299,7 +298,7 @@ pub fn plies(model: &Model<f32>) -> Vec<Ply> {
             clay_gap,
             clay_rate,
             clay_gain,
-            pad: [0; 3],
+            pad: 0,
         }
     };
     (0..model.plies.len()).map(ply).collect()

@@ -199,8 +199,8 @@ impl<'a> Pair<'a> {
     /// Sum over nodes of the impulses that held nodes take, by direction [kg·m/s].
     fn supports(&self) -> Result<[f64; 3], String> {
         let words = self.read(BufferId::Supports)?;
-        let sum = |a: usize| words.iter().skip(a).step_by(3).map(|word| f64::from(f32::from_bits(*word))).sum();
-        Ok([sum(0), sum(1), sum(2)])
+        let field = |a: usize| words.iter().skip(a * words.len() / 3).take(words.len() / 3);
+        Ok([0, 1, 2].map(|a| field(a).map(|word| f64::from(f32::from_bits(*word))).sum()))
     }
 
     fn download(&self) -> Result<State<f32>, String> {
