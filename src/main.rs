@@ -7,10 +7,8 @@ use clap::Parser;
 /// The command line: arguments, text for people, exit codes. All physics is in the library.
 mod cli {
     pub(crate) mod arguments;
-    pub(crate) mod backend;
     pub(crate) mod bench;
     pub(crate) mod check;
-    pub(crate) mod failure;
     pub(crate) mod new;
     pub(crate) mod result;
     pub(crate) mod run;
@@ -19,7 +17,7 @@ mod cli {
 }
 
 use cli::arguments::{Arguments, Command};
-use cli::failure::CommandFailure;
+use cli::result::CommandFailure;
 
 /// Starts this program again without a Wayland display where none can be found. A layer of Vulkan drivers looks for one, a library below it
 /// writes to standard error that there is none, and a process cannot safely change its own environment.

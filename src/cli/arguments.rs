@@ -1,4 +1,5 @@
-//! The command line: its commands, arguments that several of them have, values of options, and cases from files.
+//! The command line: its commands, arguments that several of them have with the backend that they ask for, values of options, and cases
+//! from files.
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -7,14 +8,20 @@ use clap::builder::RangedU64ValueParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use ripstop::case::{self, Case, CaseError};
+use ripstop::gpu::device::Adapter;
+use ripstop::gpu::{self, Device};
 use ripstop::output::warnings;
-use ripstop::run::Precision;
-use ripstop::study::range_data::{ColumnKind, VelocityUnit};
+use ripstop::run::checkpoint::BackendId;
+use ripstop::run::{Options, Precision};
+use ripstop::study::range_data::ColumnKind;
 
 use super::bench::{BenchArguments, VerifyArguments};
 use super::check::{CheckArguments, CrossoverArguments};
 use super::new::NewArguments;
+use super::result::CommandFailure;
 use super::run::RunArguments;
+use super::studies::{FitArguments, ShotsArguments, SweepArguments, V50Arguments};
+use super::terminal;
 
 /// Largest stretch that is solved.
 const MAX_STRETCH: f64 = 2.0;
@@ -184,120 +191,81 @@ pub(crate) struct BatchArguments {
     pub(crate) print: PrintArguments,
 }
 
-/// `ripstop shots`
-#[derive(Args, Debug)]
-#[command(after_help = "Examples:
-  ripstop shots cases/s720-1ply-155.json --count 40 --velocity 150..220
-  ripstop shots shot.json --count 1000 --velocity 150..250 -o out/limit     # again after Ctrl-C, kill or a full disk: it goes on
-  ripstop shots shot.json --velocity 150..250 -o out/limit --only 17                 # shot 17 alone, with its report
-
-What varies from shot to shot stands in /variability of the case. DIR gets shots.csv, which `ripstop fit` reads, shots.json and shots.html.")]
-pub(crate) struct ShotsArguments {
-    /// Shots
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000), required_unless_present = "only")]
-    pub(crate) count: Option<u32>,
-    /// Velocities spread evenly over a range [m/s] [default: that of the case]
-    #[arg(long, value_name = "A..B", value_parser = velocities)]
-    pub(crate) velocity: Option<[f64; 2]>,
-    /// Run this shot alone, with everything that `ripstop run` writes, in DIR/shot-N
-    #[arg(long, value_name = "N")]
-    pub(crate) only: Option<u32>,
-    #[command(flatten)]
-    pub(crate) batch: BatchArguments,
+/// Backend of a run.
+pub(crate) struct Backend {
+    /// The graphics processor; none for the processor.
+    pub(crate) device: Option<Device>,
+    /// Number type: f32 on a device, which has no other.
+    pub(crate) precision: Precision,
 }
 
-/// Number of realisations, and width of their brackets.
-#[derive(Args, Debug)]
-pub(crate) struct ThresholdArguments {
-    /// Realisations of a V50 at most [default: 64]; of a sweep of shots, shots at each point [default: 1]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
-    pub(crate) count: Option<u32>,
-    /// Width of the bracket of a threshold
-    #[arg(long, value_name = "PERCENT", value_parser = percent, default_value = "0.5%", allow_hyphen_values = true)]
-    pub(crate) bracket: f64,
-    /// Stop once half the interval of V50 is at most this part of V50 [default: 2% without --count]
-    #[arg(long, value_name = "PERCENT", value_parser = percent, allow_hyphen_values = true)]
-    pub(crate) until_width: Option<f64>,
+impl Backend {
+    fn on(device: Device) -> Self {
+        Self { device: Some(device), precision: Precision::F32 }
+    }
+
+    /// Backend that the arguments ask for, else `usual`; says what `auto` takes.
+    pub(crate) fn choose(
+        arguments: &BackendArguments,
+        usual: BackendChoice,
+        asked: Option<Precision>,
+        print: &PrintArguments,
+    ) -> Result<Self, CommandFailure> {
+        let (name, in_double) = (arguments.adapter.as_deref(), asked == Some(Precision::F64));
+        let cpu = Self { device: None, precision: asked.unwrap_or_default() };
+        let why = match arguments.backend.unwrap_or(usual) {
+            BackendChoice::Cpu if name.is_some() => {
+                return Err(CommandFailure::expected("--adapter", "--backend gpu or auto", "--backend cpu"));
+            }
+            BackendChoice::Cpu => return Ok(cpu),
+            BackendChoice::Gpu if in_double => {
+                let expected = "f32, the number type of the GPU backend";
+                let failure = CommandFailure::expected("--precision f64", expected, "f64");
+                return Err(failure.help("leave it out, or take --backend cpu"));
+            }
+            BackendChoice::Gpu => return Ok(Self::on(Device::find(name)?)),
+            BackendChoice::Auto if in_double => "f64 was asked for".to_owned(),
+            BackendChoice::Auto => {
+                let adapters = gpu::adapters();
+                // An adapter asked for by name is taken, whatever it is.
+                let by_name = name.map(|name| gpu::device::choose(&adapters, Some(name))).transpose()?;
+                let adapter = by_name.as_ref().map_or_else(|| gpu::device::automatic(&adapters), Ok);
+                let open = |adapter: &Adapter| Device::open(adapter).map_err(|error| error.to_string());
+                match adapter.map_err(str::to_owned).and_then(|adapter| Ok((adapter, open(adapter)?))) {
+                    Err(why) => why,
+                    Ok((adapter, device)) => {
+                        let what = format!("{} ({})", adapter.name(), adapter.kind());
+                        terminal::say(print, &format!("note: --backend auto takes the GPU: {what}"));
+                        return Ok(Self::on(device));
+                    }
+                }
+            }
+        };
+        took_cpu(print, &why);
+        Ok(cpu)
+    }
+
+    /// Backend that a run began with.
+    pub(crate) fn again(backend: &BackendId) -> Result<Self, CommandFailure> {
+        match backend {
+            BackendId::Cpu(precision) => Ok(Self { device: None, precision: *precision }),
+            BackendId::Gpu(name) => {
+                // The one of this very name, not just the first that has it as a part.
+                let index = gpu::adapters().iter().position(|adapter| adapter.name() == name).map(|at| at.to_string());
+                Ok(Self::on(Device::find(Some(index.as_ref().unwrap_or(name)))?))
+            }
+        }
+    }
+
+    /// Options of a run on it.
+    pub(crate) fn options(&self, threads: Option<usize>) -> Options<'_> {
+        Options::default().threads(threads).precision(self.precision).device(self.device.as_ref())
+    }
 }
 
-/// `ripstop v50`
-#[derive(Args, Debug)]
-#[command(after_help = "Examples:
-  ripstop v50 cases/s720-1ply-scatter.json --until-width 3% -o out/limit
-  ripstop v50 shot.json --json | jq .v50_m_s
-
-What varies from shot to shot stands in /variability of the case. DIR gets v50.json, v50.csv, v50-refined.csv and v50.html.")]
-pub(crate) struct V50Arguments {
-    #[command(flatten)]
-    pub(crate) thresholds: ThresholdArguments,
-    /// Realisations whose threshold is also found on the converged mesh, which corrects V50; 0 leaves V50 to the case's own mesh
-    /// [default: 1 where nothing varies, 4 otherwise]
-    #[arg(long, value_name = "N")]
-    pub(crate) refined: Option<u32>,
-    #[command(flatten)]
-    pub(crate) batch: BatchArguments,
-}
-
-/// `ripstop sweep`
-#[derive(Args, Debug)]
-#[command(after_help = "Examples:
-  ripstop sweep shot.json --over /pack/plies=1,2,4,8 --over /projectile/velocity_m_s=100..300:20
-  ripstop sweep shot.json --over /pack/plies=1,2,4,8 --run v50 -o out/limits
-
-DIR gets sweep.csv, sweep.html, sweep.json, and in points/ what `ripstop shots` or `ripstop v50` writes.")]
-pub(crate) struct SweepArguments {
-    /// A key and its values; may be given again
-    #[arg(long, value_name = "/POINTER=VALUES", required = true)]
-    pub(crate) over: Vec<String>,
-    /// Study of each point
-    #[arg(long, value_enum, default_value = "shots")]
-    pub(crate) run: SweepKind,
-    #[command(flatten)]
-    pub(crate) thresholds: ThresholdArguments,
-    #[command(flatten)]
-    pub(crate) batch: BatchArguments,
-}
-
-/// Study of each point of a sweep.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum SweepKind {
-    /// Shots of the case
-    Shots,
-    /// V50 of the case
-    V50,
-}
-
-/// `ripstop fit`
-#[derive(Args, Debug)]
-#[command(after_help = "Examples:
-  ripstop fit shots.csv --level 95% -o out/limit
-  ripstop fit shots.csv --json | jq '.quantiles[] | select(.p == 0.5)'
-  ripstop fit range.csv --column velocity=Speed --unit ft/s --spread 90
-
-DATA.csv has the columns velocity_m_s and perforated (1, CP, yes or perforated where the projectile passed, 0, PP, no or stopped where it \
-was stopped), and if wanted count (shots that were alike) and residual_velocity_m_s. Other units: velocity_ft_s, Vs (ft/s). Without a column \
-perforated, shots with a residual velocity above 0 have perforated. Numbers of the results are in the unit of the velocities.")]
-pub(crate) struct FitArguments {
-    /// CSV of shots
-    #[arg(value_name = "DATA.csv")]
-    pub(crate) data: PathBuf,
-    /// Unit of velocities whose heading has none
-    #[arg(long, value_enum)]
-    pub(crate) unit: Option<VelocityUnit>,
-    /// Column by its heading: velocity, perforated, count or residual; may be given again
-    #[arg(long = "column", value_name = "KIND=NAME", value_parser = column)]
-    pub(crate) columns: Vec<(ColumnKind, String)>,
-    /// Largest spread of a further arithmetic V50, in the unit of the velocities [default: those of standards alone]
-    #[arg(long, value_name = "VELOCITY", value_parser = above_zero, allow_hyphen_values = true)]
-    pub(crate) spread: Option<f64>,
-    /// Two-sided confidence of the intervals, such as 0.9 or 95%
-    #[arg(long, value_name = "LEVEL", value_parser = level, default_value = "0.9", allow_hyphen_values = true)]
-    pub(crate) level: f64,
-    /// Folder for fit.json and fit.html [default: none is written]
-    #[arg(long, short, value_name = "DIR")]
-    pub(crate) out: Option<PathBuf>,
-    #[command(flatten)]
-    pub(crate) print: PrintArguments,
+/// Says that `auto` takes the processor.
+pub(crate) fn took_cpu(print: &PrintArguments, why: &str) {
+    terminal::say(print, &format!("note: --backend auto takes the CPU: {why}"));
 }
 
 /// The case of a file with changes, named after them, unless its result would say nothing.
@@ -315,21 +283,21 @@ fn number(text: &str, expected: &str, fits: impl Fn(f64) -> bool) -> Result<f64,
 }
 
 /// A two-sided confidence: a number above 0, or a percentage with its sign.
-fn level(text: &str) -> Result<f64, String> {
+pub(crate) fn level(text: &str) -> Result<f64, String> {
     let (digits, scale) = text.trim().strip_suffix('%').map_or((text, 1.0), |digits| (digits, 100.0));
     let expected = "a confidence above 0 and at most 0.9999, such as 0.9 or 90%";
     number(digits, expected, |number| number > 0.0 && number / scale <= 0.9999).map(|number| number / scale)
 }
 
 /// A difference above 0 in percent, as a fraction.
-fn percent(text: &str) -> Result<f64, String> {
+pub(crate) fn percent(text: &str) -> Result<f64, String> {
     let expected = "a difference above 0 in percent, such as 2 or 0.5%";
     let fits = |percent: f64| percent > 0.0 && percent.is_finite();
     number(text.trim().trim_end_matches('%'), expected, fits).map(|percent| percent / 100.0)
 }
 
 /// Kind of a column, and its heading.
-fn column(text: &str) -> Result<(ColumnKind, String), String> {
+pub(crate) fn column(text: &str) -> Result<(ColumnKind, String), String> {
     let parts =
         text.split_once('=').and_then(|(kind, name)| Some((ColumnKind::from_str(kind, true).ok()?, name.into())));
     parts.ok_or_else(|| format!("expected velocity, perforated, count or residual, =, and a heading, found {text:?}"))
@@ -341,12 +309,12 @@ pub(crate) fn interval(text: &str) -> Result<f64, String> {
 }
 
 /// A number above 0.
-fn above_zero(text: &str) -> Result<f64, String> {
+pub(crate) fn above_zero(text: &str) -> Result<f64, String> {
     number(text, "a number above 0", |number| number > 0.0 && number.is_finite())
 }
 
 /// A range of velocities `A..B` [m/s].
-fn velocities(text: &str) -> Result<[f64; 2], String> {
+pub(crate) fn velocities(text: &str) -> Result<[f64; 2], String> {
     let ends = text.split_once("..").map(|(low, high)| [low, high].map(|end| end.trim().parse().unwrap_or(f64::NAN)));
     ends.filter(|[low, high]| *low > 0.0 && high > low && *high <= 5000.0)
         .ok_or_else(|| format!("expected two velocities in m/s, the lower first, such as 150..250, found {text:?}"))

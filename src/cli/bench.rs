@@ -16,9 +16,8 @@ use ripstop::run::{self, Options, Precision, Progress};
 use ripstop::study::{bench, device_bench};
 use serde_json::{Value, json};
 
-use super::arguments::{BackendArguments, BackendChoice, PrintArguments};
-use super::backend;
-use super::failure::CommandFailure;
+use super::arguments::{Backend, BackendArguments, BackendChoice, PrintArguments};
+use super::result::CommandFailure;
 use super::terminal::{self, Align, TextTable};
 
 /// Name of the file that `bench` writes.
@@ -94,7 +93,7 @@ pub(crate) fn bench(arguments: &BenchArguments) -> Result<(), CommandFailure> {
     let paths: Vec<&Path> = arguments.cases.iter().map(PathBuf::as_path).collect();
     let read = |path: &Path, changes: &[String]| case::read(path, &[&LEFT_OUT.map(str::to_owned), changes].concat());
     let usual = if arguments.gpu { BackendChoice::Gpu } else { BackendChoice::Auto };
-    let chosen = backend::choose(&arguments.backend, usual, None, &arguments.print)?;
+    let chosen = Backend::choose(&arguments.backend, usual, None, &arguments.print)?;
     if arguments.gpu {
         for path in &paths {
             read(path, &[])?;
@@ -242,7 +241,7 @@ fn device_text(measured: &Value) -> String {
 /// Runs every case and prints a line for each expectation; exit code 1 if one fails.
 pub(crate) fn verify(arguments: &VerifyArguments) -> Result<(), CommandFailure> {
     let interrupted = terminal::watch_interrupts()?;
-    let chosen = backend::choose(&arguments.backend, BackendChoice::Auto, arguments.precision, &arguments.print)?;
+    let chosen = Backend::choose(&arguments.backend, BackendChoice::Auto, arguments.precision, &arguments.print)?;
     terminal::begin_bar(&arguments.print);
     let mut rows: Vec<Value> = Vec::new();
     for (name, text) in CASES {

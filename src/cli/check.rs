@@ -21,8 +21,7 @@ use serde_json::{Map, Value, json};
 use sysinfo::{CpuRefreshKind, MemoryRefreshKind, RefreshKind, System};
 
 use super::arguments::{Arguments, Stretches, read};
-use super::failure::CommandFailure;
-use super::result;
+use super::result::{self, CommandFailure};
 use super::terminal::{self, Align, TextTable, part};
 
 /// Points in one grid of stretches at most.

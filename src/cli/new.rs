@@ -9,7 +9,7 @@ use ripstop::output::number::short;
 use ripstop::{case, output};
 use serde_json::{Map, Number, Value, json};
 
-use super::failure::CommandFailure;
+use super::result::CommandFailure;
 use super::terminal;
 
 /// File beside every new case, for editors.

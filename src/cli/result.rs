@@ -1,21 +1,99 @@
-//! The result of a run as people read it, on a screen: the verdict, how far it can be trusted, its margins, where the energy went, what it
-//! cost, what was expected, and where the files are.
+//! What a command ends with: a failure, with its exit code and message, or the result of a run as people read it on a screen: the verdict,
+//! how far it can be trusted, its margins, where the energy went, what it cost, what was expected, and where the files are.
 
+use std::fmt::Display;
 use std::path::Path;
+use std::process::ExitCode;
 
-use ripstop::case::Case;
+use ripstop::case::{Case, CaseError};
+use ripstop::gpu::DeviceError;
 use ripstop::output::checks::{self, Check, Level};
 use ripstop::output::expect::{Judgement, expected, got, judgement, note, quantity};
 use ripstop::output::warnings::Warning;
 use ripstop::output::{Energies, costs, margins, verdict};
-use ripstop::run::Run;
 use ripstop::run::outcome::Outcome;
+use ripstop::run::{Run, RunError};
 use serde_json::Value;
 
 use super::terminal::{self, Align, TextTable, part};
 
+/// Stopped by the user.
+pub(crate) const INTERRUPTED: u8 = 130;
 /// Least share of the largest energy that has a line [-].
 const LEAST_SHARE: f64 = 0.005;
+
+/// Reason why a command ends with another code than 0.
+#[derive(Clone, Debug)]
+pub(crate) struct CommandFailure {
+    code: u8,
+    message: String,
+}
+
+impl CommandFailure {
+    /// Exit code 1: a check failed or the run became unstable.
+    pub(crate) fn check(message: impl Into<String>) -> Self {
+        Self { code: 1, message: message.into() }
+    }
+
+    /// Exit code 2: bad input or usage, or results that cannot be written.
+    pub(crate) fn input(message: impl Into<String>) -> Self {
+        Self { code: 2, message: message.into() }
+    }
+
+    /// Exit code 2, with the place, what may stand there and what stands there.
+    pub(crate) fn expected(place: impl Display, expected: impl Display, found: impl Display) -> Self {
+        Self::input(format!("error: {place}\n  expected: {expected}\n  found: {found}"))
+    }
+
+    /// This failure, with advice.
+    pub(crate) fn help(mut self, help: impl Display) -> Self {
+        self.message += &format!("\n  help: {help}");
+        self
+    }
+
+    /// Exit code 3: no device for what was asked, or one that was lost on the way.
+    pub(crate) fn lost(message: impl Into<String>) -> Self {
+        Self { code: 3, message: message.into() }
+    }
+
+    /// Exit code 130.
+    pub(crate) fn interrupted(message: impl Into<String>) -> Self {
+        Self { code: INTERRUPTED, message: message.into() }
+    }
+
+    /// Both, with the code of the first.
+    pub(crate) fn and(self, other: Self) -> Self {
+        Self { message: format!("{}\n{}", self.message, other.message), ..self }
+    }
+
+    /// Prints the message and gives the exit code.
+    pub(crate) fn report(self) -> ExitCode {
+        terminal::complain(&self.message);
+        ExitCode::from(self.code)
+    }
+
+    /// Failure of a run that did not start.
+    pub(crate) fn start(file: &str, error: &RunError) -> Self {
+        match error {
+            RunError::Model(error) | RunError::Checkpoint(error) => error.clone().in_file(file).into(),
+            RunError::Device(error) => error.clone().into(),
+            other => Self::input(format!("error: {other}")),
+        }
+    }
+}
+
+impl From<CaseError> for CommandFailure {
+    fn from(error: CaseError) -> Self {
+        Self::input(error.to_string())
+    }
+}
+
+impl From<DeviceError> for CommandFailure {
+    /// Exit code 3: no device, or one that cannot hold the case or was lost.
+    fn from(error: DeviceError) -> Self {
+        Self { code: 3, ..error.refusal().into() }
+    }
+}
 
 /// The whole text. `written`: folder and names of the files, where there are some.
 pub(crate) fn text(case: &Case, run: &Run, summary: &Value, written: Option<(&Path, &[&str])>) -> String {

@@ -16,10 +16,9 @@ use ripstop::run::checkpoint::{Checkpoint, Checkpointable, Header};
 use ripstop::run::{self, Observer, Options, Precision, Progress, Run, RunError, Skips, View};
 use serde_json::Value;
 
-use super::arguments::{BackendArguments, BackendChoice, PrintArguments, interval, read};
-use super::failure::CommandFailure;
+use super::arguments::{Backend, BackendArguments, BackendChoice, PrintArguments, interval, read, took_cpu};
+use super::result::{self, CommandFailure};
 use super::terminal::{self, say};
-use super::{backend, result};
 
 /// `ripstop run`
 #[derive(Args, Debug, Default)]
@@ -120,7 +119,7 @@ pub(crate) fn shoot(
     interrupted: &AtomicBool,
 ) -> Result<(), CommandFailure> {
     let start = Instant::now();
-    let chosen = backend::choose(&arguments.backend, BackendChoice::Auto, arguments.precision, &arguments.print)?;
+    let chosen = Backend::choose(&arguments.backend, BackendChoice::Auto, arguments.precision, &arguments.print)?;
     let folder = Folder::prepare(out, case)?;
     case.notes.iter().for_each(|note| say(&arguments.print, &format!("note: {note}")));
     if out.join(CHECKPOINT).exists() {
@@ -143,7 +142,7 @@ pub(crate) fn shoot(
     };
     let (mut run, mut observer) = attempt(options);
     if let (Err(RunError::Device(error)), None | Some(BackendChoice::Auto)) = (&run, arguments.backend.backend) {
-        backend::took_cpu(&arguments.print, &error.to_string());
+        took_cpu(&arguments.print, &error.to_string());
         (run, observer) = attempt(options.device(None::<&ripstop::Device>));
     }
     terminal::end_bar();
@@ -171,7 +170,7 @@ pub(crate) fn resume(path: &Path, print: &PrintArguments) -> Result<(), CommandF
     let mut case = case::read(&path.join("case.json"), &[])?;
     case.name.clone_from(&head.case);
     checkpoint.check_case(&case)?;
-    let chosen = backend::again(&head.backend)?;
+    let chosen = Backend::again(&head.backend)?;
     say(print, &format!("note: goes on from {}", us(head.time)));
     terminal::begin_bar(print);
     let options = chosen.options(head.threads).skips(head.skips).resume(&checkpoint);

@@ -6,24 +6,23 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::thread;
 
+use clap::{Args, ValueEnum};
 use ripstop::case::{Case, CaseError, with_velocity};
 use ripstop::output::Folder;
 use ripstop::output::number::short;
 use ripstop::study::batch::{BatchError, BatchOptions, StudyProgress, order_case};
+use ripstop::study::fit;
+use ripstop::study::range_data::{self, ColumnKind, VelocityUnit};
 use ripstop::study::report::{Report, ReportTable};
 use ripstop::study::shots::{self, ShotsRequest};
 use ripstop::study::sweep::{self, Factor, SweepOf, SweepRequest, grid};
 use ripstop::study::v50::{self, V50Request};
-use ripstop::study::{fit, range_data};
 use serde_json::Value;
 
 use super::arguments::{
-    BackendChoice, BatchArguments, FitArguments, ShotsArguments, SweepArguments, SweepKind, ThresholdArguments,
-    V50Arguments, read,
+    Backend, BackendChoice, BatchArguments, PrintArguments, above_zero, column, level, percent, read, velocities,
 };
-use super::backend;
-use super::failure::CommandFailure;
-use super::result::{files, notes};
+use super::result::{CommandFailure, files, notes};
 use super::run::{RunArguments, shoot};
 use super::terminal::{self, Align, TextTable, part, say};
 
@@ -36,6 +35,122 @@ const REFINED: [u32; 2] = [1, 4];
 const FIT_FILES: [&str; 2] = ["fit.json", "fit.html"];
 /// Rows of a table at most.
 const MAX_ROWS: usize = 60;
+
+/// `ripstop shots`
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  ripstop shots cases/s720-1ply-155.json --count 40 --velocity 150..220
+  ripstop shots shot.json --count 1000 --velocity 150..250 -o out/limit     # again after Ctrl-C, kill or a full disk: it goes on
+  ripstop shots shot.json --velocity 150..250 -o out/limit --only 17                 # shot 17 alone, with its report
+
+What varies from shot to shot stands in /variability of the case. DIR gets shots.csv, which `ripstop fit` reads, shots.json and shots.html.")]
+pub(crate) struct ShotsArguments {
+    /// Shots
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000), required_unless_present = "only")]
+    count: Option<u32>,
+    /// Velocities spread evenly over a range [m/s] [default: that of the case]
+    #[arg(long, value_name = "A..B", value_parser = velocities)]
+    velocity: Option<[f64; 2]>,
+    /// Run this shot alone, with everything that `ripstop run` writes, in DIR/shot-N
+    #[arg(long, value_name = "N")]
+    only: Option<u32>,
+    #[command(flatten)]
+    batch: BatchArguments,
+}
+
+/// Number of realisations, and width of their brackets.
+#[derive(Args, Debug)]
+struct ThresholdArguments {
+    /// Realisations of a V50 at most [default: 64]; of a sweep of shots, shots at each point [default: 1]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    count: Option<u32>,
+    /// Width of the bracket of a threshold
+    #[arg(long, value_name = "PERCENT", value_parser = percent, default_value = "0.5%", allow_hyphen_values = true)]
+    bracket: f64,
+    /// Stop once half the interval of V50 is at most this part of V50 [default: 2% without --count]
+    #[arg(long, value_name = "PERCENT", value_parser = percent, allow_hyphen_values = true)]
+    until_width: Option<f64>,
+}
+
+/// `ripstop v50`
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  ripstop v50 cases/s720-1ply-scatter.json --until-width 3% -o out/limit
+  ripstop v50 shot.json --json | jq .v50_m_s
+
+What varies from shot to shot stands in /variability of the case. DIR gets v50.json, v50.csv, v50-refined.csv and v50.html.")]
+pub(crate) struct V50Arguments {
+    #[command(flatten)]
+    thresholds: ThresholdArguments,
+    /// Realisations whose threshold is also found on the converged mesh, which corrects V50; 0 leaves V50 to the case's own mesh
+    /// [default: 1 where nothing varies, 4 otherwise]
+    #[arg(long, value_name = "N")]
+    refined: Option<u32>,
+    #[command(flatten)]
+    batch: BatchArguments,
+}
+
+/// `ripstop sweep`
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  ripstop sweep shot.json --over /pack/plies=1,2,4,8 --over /projectile/velocity_m_s=100..300:20
+  ripstop sweep shot.json --over /pack/plies=1,2,4,8 --run v50 -o out/limits
+
+DIR gets sweep.csv, sweep.html, sweep.json, and in points/ what `ripstop shots` or `ripstop v50` writes.")]
+pub(crate) struct SweepArguments {
+    /// A key and its values; may be given again
+    #[arg(long, value_name = "/POINTER=VALUES", required = true)]
+    over: Vec<String>,
+    /// Study of each point
+    #[arg(long, value_enum, default_value = "shots")]
+    run: SweepKind,
+    #[command(flatten)]
+    thresholds: ThresholdArguments,
+    #[command(flatten)]
+    batch: BatchArguments,
+}
+
+/// Study of each point of a sweep.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum SweepKind {
+    /// Shots of the case
+    Shots,
+    /// V50 of the case
+    V50,
+}
+
+/// `ripstop fit`
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  ripstop fit shots.csv --level 95% -o out/limit
+  ripstop fit shots.csv --json | jq '.quantiles[] | select(.p == 0.5)'
+  ripstop fit range.csv --column velocity=Speed --unit ft/s --spread 90
+
+DATA.csv has the columns velocity_m_s and perforated (1, CP, yes or perforated where the projectile passed, 0, PP, no or stopped where it \
+was stopped), and if wanted count (shots that were alike) and residual_velocity_m_s. Other units: velocity_ft_s, Vs (ft/s). Without a column \
+perforated, shots with a residual velocity above 0 have perforated. Numbers of the results are in the unit of the velocities.")]
+pub(crate) struct FitArguments {
+    /// CSV of shots
+    #[arg(value_name = "DATA.csv")]
+    data: PathBuf,
+    /// Unit of velocities whose heading has none
+    #[arg(long, value_enum)]
+    unit: Option<VelocityUnit>,
+    /// Column by its heading: velocity, perforated, count or residual; may be given again
+    #[arg(long = "column", value_name = "KIND=NAME", value_parser = column)]
+    columns: Vec<(ColumnKind, String)>,
+    /// Largest spread of a further arithmetic V50, in the unit of the velocities [default: those of standards alone]
+    #[arg(long, value_name = "VELOCITY", value_parser = above_zero, allow_hyphen_values = true)]
+    spread: Option<f64>,
+    /// Two-sided confidence of the intervals, such as 0.9 or 95%
+    #[arg(long, value_name = "LEVEL", value_parser = level, default_value = "0.9", allow_hyphen_values = true)]
+    level: f64,
+    /// Folder for fit.json and fit.html [default: none is written]
+    #[arg(long, short, value_name = "DIR")]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    print: PrintArguments,
+}
 
 /// `ripstop shots`: shots of a case, or one of them alone.
 pub(crate) fn shots(arguments: &ShotsArguments) -> Result<(), CommandFailure> {
@@ -176,7 +291,7 @@ impl<'a> Study<'a> {
         work: impl FnOnce(&BatchOptions<'_>, &Folder) -> Result<(Value, Report), BatchError>,
     ) -> Result<(), CommandFailure> {
         let (arguments, out) = (self.arguments, self.out());
-        let chosen = backend::choose(&arguments.backend, BackendChoice::Cpu, arguments.precision, &arguments.print)?;
+        let chosen = Backend::choose(&arguments.backend, BackendChoice::Cpu, arguments.precision, &arguments.print)?;
         let folder = Folder::prepare_for(&out, self.files, &[self.case.path.as_path()])?;
         let goes_on = out.join(self.files[0]).exists();
         terminal::begin_bar(&arguments.print);
@@ -210,7 +325,7 @@ impl<'a> Study<'a> {
 fn failure(error: BatchError, folder: &Path) -> CommandFailure {
     match error {
         BatchError::Refused(error) => error.into(),
-        BatchError::Device(error) => CommandFailure::device(&error),
+        BatchError::Device(error) => error.into(),
         BatchError::Interrupted => CommandFailure::interrupted(format!(
             "interrupted; rows so far: {}\n  help: the same command goes on",
             folder.display()

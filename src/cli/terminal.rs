@@ -18,7 +18,7 @@ use ripstop::study::batch::StudyProgress;
 use serde_json::Value;
 
 use super::arguments::PrintArguments;
-use super::failure::{CommandFailure, INTERRUPTED};
+use super::result::{CommandFailure, INTERRUPTED};
 
 /// Ticks of the bar.
 const LENGTH: f64 = 1000.0;
