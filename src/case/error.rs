@@ -6,9 +6,8 @@ use std::{fmt, io, iter};
 
 use serde_json::Value;
 
-use super::keys::{
-    CASE, Key, accepts, expected, fits, has_number, keys, lookup, object, others, pointers, strings, value_of,
-};
+use super::keys::{CASE, Key, accepts, expected, fits, keys, lookup, object, pointers, strings, value_of};
+use super::units::{has_number, others};
 
 /// Refusal of a case, or of a file or folder that goes with it.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

@@ -16,10 +16,10 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_json::Value;
 
-mod backing;
 mod changes;
 mod error;
 mod fabric;
+mod fixture;
 mod grading;
 mod keys;
 mod pack;
@@ -27,16 +27,16 @@ mod projectile;
 mod provenance;
 mod read;
 mod solver;
+mod units;
 mod variability;
+mod yarn;
 
-pub use backing::{Backing, BackingMaterial};
 pub use changes::{BuiltInFabric, CaseBuilder, builtin_fabric, with_velocity};
 pub use error::CaseError;
-pub use fabric::{Compression, Crossover, Fabric, Law, MembraneForce, Rate, Shear, ShearModulus, Yarn};
+pub use fabric::{Compression, Crossover, Fabric, Law, MembraneForce, Rate, Shear, ShearModulus};
+pub use fixture::{Backing, BackingMaterial, Frame, Opening, Window};
 pub use grading::{Grading, LinesFrom};
-pub(crate) use keys::in_words;
-pub use keys::value_in;
-pub use pack::{Edge, Edges, Frame, InitialDeflection, Layer, MeshSize, Opening, Pack, Window};
+pub use pack::{Edge, Edges, InitialDeflection, Layer, MeshSize, Pack};
 pub use projectile::{Along, Motion, Projectile, Rotation, Shape};
 pub(crate) use provenance::mesh;
 pub use provenance::{Field, Origin, reference, report, schema};
@@ -46,8 +46,11 @@ pub use solver::{
     Accuracy, Bound, ContactSampling, Expect, Numerics, Output, RunUntil, Solver, StretchSampling, Symmetry,
 };
 
+pub(crate) use units::in_words;
+pub use units::value_in;
 pub(crate) use variability::RANGE_STREAM;
 pub use variability::{Distribution, Drawn, HitPlace, Scattered, Variability, YarnStrength};
+pub use yarn::Yarn;
 
 use error::short_number_text;
 use provenance::Provenance;

@@ -1,14 +1,11 @@
 //! The pack: its plies, edges, mesh and initial state.
 
-mod fixture;
-
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer};
 use serde_json::Value;
 
-use self::fixture::lies_across;
-pub use self::fixture::{Frame, Opening, Window};
 use super::error::short_number_text;
+use super::fixture::{Frame, Opening, Window, lies_across};
 use super::grading::{GradingKeys, GradingWord};
 use super::keys::{WordOr, choices};
 use super::provenance::Provenance;

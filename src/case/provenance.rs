@@ -8,8 +8,8 @@ use serde_json::{Value, json};
 
 use super::changes::{BY, FLAG};
 use super::error::{is_at_or_below, short_number_text, text_of, whole};
-use super::keys::publish as publish_units;
-use super::keys::{CASE, Key, choices, expected, keys, lookup, object, order, split_unit, walk};
+use super::keys::{CASE, Key, choices, expected, keys, lookup, object, order, walk};
+use super::units::split_unit;
 use super::{Case, CaseError, Layer};
 
 /// One field of the case and where its value came from.
@@ -300,13 +300,21 @@ fn publish(node: &mut Value) {
     match node {
         Value::Array(items) => items.iter_mut().for_each(publish),
         Value::Object(map) => {
-            let aliases = map.get("aliases").and_then(Value::as_object).into_iter().flatten();
-            let aliases: Vec<Value> = aliases.map(|(alias, _)| json!(alias)).collect();
+            let aliases: Vec<Value> = map
+                .get("aliases")
+                .and_then(Value::as_object)
+                .into_iter()
+                .flatten()
+                .map(|(alias, _)| json!(alias))
+                .collect();
             map.get_mut("enum")
                 .and_then(Value::as_array_mut)
                 .into_iter()
                 .for_each(|words| words.extend(aliases.clone()));
-            publish_units(map);
+            if map.get("type").is_some_and(|kind| kind == "number") {
+                map.insert("type".to_owned(), json!(["number", "string"]));
+                map.insert("pattern".to_owned(), json!(r"^\s*[-+]?[0-9.]+([eE][-+]?[0-9]+)?\s*[^0-9\s].*$"));
+            }
             map.values_mut().for_each(publish);
         }
         _ => {}

@@ -9,9 +9,10 @@ use serde_json::{Deserializer, Value, json};
 
 use super::changes::{self, Change};
 use super::error::{CaseError, check, describe, is_at_or_below, quote};
-use super::keys::{CASE, without_aliases, without_units};
+use super::keys::CASE;
 use super::provenance::{Origin, Provenance, in_si, typed};
-use super::{Case, fabric, pack, solver, variability};
+use super::units::without_units;
+use super::{Case, fabric, pack, solver, variability, yarn};
 
 /// Largest size of a case file [bytes]; a larger file is something else.
 const MAX_BYTES: u64 = 1 << 20;
@@ -99,7 +100,6 @@ pub(super) fn assemble_document(
     choices.into_iter().try_for_each(|change| change.apply(&mut document, by)).map_err(of_change)?;
     let mut files = fabric::inline(&mut document, folder).map_err(attributed)?;
     others.iter().try_for_each(|change| change.apply(&mut document, by)).map_err(of_change)?;
-    without_aliases(&CASE, &mut document);
     without_units(&mut document);
     // Where a change reaches into the fabric, the file alone is not to blame.
     files.retain(|(place, _)| !others.iter().any(|change| is_at_or_below(&change.pointer, place)));
@@ -139,7 +139,7 @@ fn built(document: &Value) -> Result<Case, Vec<CaseError>> {
     let mut document = document.clone();
     let record = Provenance::of(&mut document);
     solver::derive(&mut document, &record);
-    fabric::derive(&mut document, &record).map_err(|error| vec![error])?;
+    yarn::derive(&mut document, &record).map_err(|error| vec![error])?;
     in_si(&CASE, &mut document);
     pack::share_with_layup(&mut document);
     let completed = |mut case: Case| case.complete(&record).map(|()| case);

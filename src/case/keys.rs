@@ -18,14 +18,9 @@ use schemars::generate::SchemaSettings;
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
 
-mod units;
-
-pub(crate) use units::in_words;
-pub use units::value_in;
-pub(super) use units::{has_number, others, publish, split_unit, without_units};
-
 use super::Case;
 use super::error::{index, list, number_text, percent, quote, text_of, whole};
+use super::units::split_unit;
 
 /// A word, or the object that stands in its place.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
@@ -107,7 +102,7 @@ fn tidy(node: &mut Value) {
     let Some(Value::Object(keys)) = map.get_mut("properties") else { return };
     for (name, key) in keys.iter_mut() {
         let Some(unit) = split_unit(name).1 else { continue };
-        (if key.get("items").is_some() { &mut key["items"] } else { key })["unit"] = json!(unit.0);
+        (if key.get("items").is_some() { &mut key["items"] } else { key })["unit"] = json!(unit.sign());
     }
     let has_value = |key: &Value| ["default", "derived", "without", "only"].iter().any(|word| key.get(word).is_some());
     required.retain(|name| name.as_str().is_none_or(|name| !has_value(&keys[name])));
@@ -346,20 +341,6 @@ pub(super) fn expected(node: &'static Value) -> String {
             format!("an object with {}", names(if needed.is_empty() { keys(node) } else { needed }))
         }
         _ => "an object of JSON pointers and texts".to_owned(),
-    }
-}
-
-/// Puts the words of the case file in place of others for them.
-pub(super) fn without_aliases(node: &'static Value, value: &mut Value) {
-    if let Some(meant) = value.as_str().and_then(|word| node["aliases"].get(word)) {
-        *value = meant.clone();
-    }
-    match value {
-        Value::Object(map) => keys(node).into_iter().for_each(|key| {
-            map.get_mut(key.name).into_iter().for_each(|value| without_aliases(key.node, value));
-        }),
-        Value::Array(items) => items.iter_mut().for_each(|item| without_aliases(&node["items"], item)),
-        _ => {}
     }
 }
 

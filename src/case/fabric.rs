@@ -1,19 +1,22 @@
-//! One woven fabric: its keys.
+//! One woven fabric: its keys, and its places in a case. `/fabric` is that of every ply, `/pack/layup/N/fabric` that of plies that have
+//! their own; in the place of each may stand `{"file": …}`.
 
-mod place;
-mod sheet;
+use std::iter::once;
+use std::path::{Component, Path};
 
 use schemars::JsonSchema;
-use serde::{Deserialize, Deserializer};
+use serde::Deserialize;
+use serde_json::{Map, Value, json};
 
-use super::CaseError;
-use super::error::short_number_text;
+use super::error::{check_sources, describe, escape, index, is_at_or_below, quote, short_number_text};
 use super::keys::{WordOr, choices};
+use super::pack::{LAYUP, MAX_PLIES};
 use super::provenance::Provenance;
+use super::yarn::{Yarn, YarnKeys};
+use super::{CaseError, builtin_fabric, changes, read};
 
-pub(super) use place::{around, holds_fabrics, inline, make_own};
-pub(super) use sheet::derive;
-
+/// Pointer of the fabric of every ply that has none of its own.
+pub(super) const COMMON: &str = "/fabric";
 /// Least b over a of (21) [N^(1/3)]: its cube is the force at which a crossover begins to stiffen, and has to be a number in single precision.
 const LEAST_COMPRESSION: f64 = 1e-6;
 
@@ -80,101 +83,6 @@ impl Rate {
     pub fn most(&self) -> f64 {
         (FASTEST / self.c).powf(1.0 / self.p)
     }
-}
-
-/// One yarn system.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(default)]
-pub struct Yarn {
-    /// False when this yarn direction is absent (`"absent": true`): no tension, no crimp, only its count.
-    #[serde(rename = "absent", deserialize_with = "not")]
-    pub present: bool,
-    /// Mass per length of the straight yarn [kg/m].
-    pub linear_density: f64,
-    /// Fibre elastic modulus; of a yarn with a curve, its steepest slope [Pa].
-    pub modulus: f64,
-    /// Strain [-] and stress [Pa] of points of a curve from nothing to break, both rising; none: stress is modulus times strain.
-    pub curve: Vec<[f64; 2]>,
-    /// Axial strain at which the virgin yarn breaks [-].
-    pub failure_strain: f64,
-    /// Part of that strain, and so of the strength, that is left in the fabric [-].
-    pub strength_retention: f64,
-    /// Crossovers per metre along this yarn, m in (12): undeformed cell length 2·w0 = 1/count [1/m].
-    pub count: f64,
-    /// Crimp (14): yarn length over fabric length minus one [-].
-    pub crimp: f64,
-}
-
-impl Default for Yarn {
-    /// A yarn that carries nothing, weighs nothing and never breaks.
-    fn default() -> Self {
-        let [linear_density, modulus, count, crimp] = [0.0; 4];
-        let [failure_strain, strength_retention] = [1.0; 2];
-        let curve = Vec::new();
-        Self { present: false, linear_density, modulus, curve, failure_strain, strength_retention, count, crimp }
-    }
-}
-
-fn not<'de, D: Deserializer<'de>>(deserializer: D) -> Result<bool, D::Error> {
-    bool::deserialize(deserializer).map(|flag| !flag)
-}
-
-/// Keys of a yarn.
-#[derive(JsonSchema)]
-#[allow(dead_code, reason = "for their schema")]
-struct YarnKeys {
-    /// True: no yarn in this direction, its count still sets the element size.
-    ///
-    /// Default: a woven fabric has both yarns.
-    #[schemars(extend("default" = false))]
-    absent: bool,
-    /// Mass of 9000 m of yarn.
-    #[schemars(range(min = 0.01, max = 1e6), extend("group" = "linear density", "only" = {"absent": "false"}))]
-    linear_density_denier: Option<f64>,
-    /// Mass of 1000 m of yarn.
-    #[schemars(range(min = 0.001, max = 1e5), extend("group" = "linear density", "only" = {"absent": "false"}))]
-    linear_density_tex: Option<f64>,
-    /// Mass of 10 000 m of yarn.
-    #[schemars(range(min = 0.01, max = 1e6), extend("group" = "linear density", "only" = {"absent": "false"}))]
-    linear_density_dtex: Option<f64>,
-    /// Axial modulus of the fibre.
-    #[schemars(range(min = 1e-6, max = 1e4), extend("group" = "modulus or curve", "only" = {"absent": "false"}))]
-    modulus_gpa: Option<f64>,
-    /// Strain and stress [GPa] of points from [0, 0] on, both rising, straight in between: in place of the modulus.
-    #[schemars(length(min = 2, max = 16), inner(inner(range(min = 0, max = 1e4))))]
-    #[schemars(extend("group" = "modulus or curve", "only" = {"absent": "false"}))]
-    curve: Option<Vec<[f64; 2]>>,
-    /// Axial strain at which the yarn breaks; 1: never.
-    #[schemars(range(max = 1), extend("help" = "a part of one: 0.035, or \"3.5 %\"", "exclusiveMinimum" = 0, "group" = "failure strain or strength", "only" = {"absent": "false"}))]
-    failure_strain: Option<f64>,
-    /// Strength over linear density, in its place.
-    #[schemars(range(min = 1e-3, max = 1e3), extend("group" = "failure strain or strength", "only" = {"absent": "false"}))]
-    tenacity_g_den: Option<f64>,
-    /// Strength over linear density, in its place.
-    #[schemars(range(min = 1e-2, max = 1e4), extend("group" = "failure strain or strength", "only" = {"absent": "false"}))]
-    tenacity_cn_tex: Option<f64>,
-    /// Strength of the fibre, in its place.
-    #[schemars(range(min = 1e-2, max = 1e6), extend("group" = "failure strain or strength", "only" = {"absent": "false"}))]
-    strength_mpa: Option<f64>,
-    /// Strength of the fibre, in its place.
-    #[schemars(range(min = 1e-5, max = 1e3), extend("group" = "failure strain or strength", "only" = {"absent": "false"}))]
-    strength_gpa: Option<f64>,
-    /// Part of failure_strain, and so of strength, that a woven yarn keeps; assumed unless `sources` has this very key.
-    ///
-    /// Default: virgin yarn, as published.
-    #[schemars(range(max = 1), extend("exclusiveMinimum" = 0, "default" = 1, "only" = {"absent": "false"}, "own_source" = true))]
-    strength_retention: f64,
-    /// Crossovers along this yarn per inch: along the warp, the picks of a data sheet.
-    #[schemars(range(min = 0.1, max = 1000), extend("group" = "count"))]
-    count_per_inch: Option<f64>,
-    /// Crossovers along this yarn per cm: along the warp, the picks of a data sheet.
-    #[schemars(range(min = 0.04, max = 400), extend("group" = "count"))]
-    count_per_cm: Option<f64>,
-    /// Yarn length over fabric length, minus one.
-    ///
-    /// Otherwise: areal density over that of straight yarns, minus one; the same in both where both are left out.
-    #[schemars(range(min = 0, max = 0.5), extend("only" = {"absent": "false"}))]
-    crimp: Option<f64>,
 }
 
 /// The warp–weft interaction law.
@@ -286,23 +194,6 @@ choices! {
     }
 }
 
-impl Yarn {
-    /// Fibre cross-section A = linear density / fibre density [m²].
-    pub fn area(&self, fibre_density: f64) -> f64 {
-        self.linear_density / fibre_density
-    }
-
-    /// Axial strain at which the yarn breaks as woven; `None`: never [-].
-    pub fn breaking_strain(&self) -> Option<f64> {
-        (self.failure_strain < 1.0).then_some(self.failure_strain * self.strength_retention)
-    }
-
-    /// Undeformed half-span w0 = 1/(2·count) (12) [m].
-    pub fn half_span(&self) -> f64 {
-        0.5 / self.count
-    }
-}
-
 impl Fabric {
     /// Mass of the yarns per area [kg/m²].
     pub(crate) fn areal_density_of_yarns(&self) -> f64 {
@@ -366,4 +257,115 @@ impl Crossover {
         self.compression = self.compression.filter(|_| a > 0.0);
         Ok(())
     }
+}
+
+/// The fabric that a pointer names or reaches into.
+pub(super) fn around(pointer: &str) -> Option<&str> {
+    let group = pointer.strip_prefix(LAYUP).and_then(|rest| rest.strip_prefix('/')?.split_once('/'));
+    let start = group.map_or(Some(0), |(group, _)| index(group).map(|_| LAYUP.len() + 1 + group.len()))?;
+    is_at_or_below(&pointer[start..], COMMON).then(|| &pointer[..start + COMMON.len()])
+}
+
+/// Whether a pointer names the layup or one of its groups.
+pub(super) fn holds_fabrics(pointer: &str) -> bool {
+    let group = pointer.strip_prefix(LAYUP);
+    group.is_some_and(|rest| rest.is_empty() || rest.strip_prefix('/').and_then(index).is_some())
+}
+
+/// Gives the group whose fabric stands at `place` a copy of the common fabric, with its sources, where it has none of its own.
+pub(super) fn make_own(document: &mut Value, place: &str) {
+    let Some(common) = document.get("fabric").cloned() else { return };
+    match document.pointer_mut(place.strip_suffix(COMMON).unwrap_or_default()) {
+        Some(Value::Object(group)) if place != COMMON && !group.contains_key("fabric") => {
+            group.insert("fabric".to_owned(), common);
+        }
+        _ => return,
+    }
+    let Some(sources) = changes::sources(document) else { return };
+    // Else a source of the pack would seem to be one of the fabric.
+    let whole = sources.get(COMMON).or(sources.get("")).cloned().unwrap_or_else(|| json!("case file"));
+    let inside = |(pointer, text): (&String, &Value)| Some((pointer.strip_prefix(COMMON)?.to_owned(), text.clone()));
+    let inside: Vec<_> = sources.iter().filter_map(inside).filter(|(inside, _)| inside.starts_with('/')).collect();
+    for (inside, text) in inside.into_iter().chain(once((String::new(), whole))) {
+        sources.entry(format!("{place}{inside}")).or_insert(text);
+    }
+}
+
+/// Pointers of the fabrics of a document. A longer layup will be refused: no need to read its files.
+pub(super) fn places(document: &Value) -> impl Iterator<Item = String> + use<> {
+    let groups = document.pointer(LAYUP).and_then(Value::as_array).map_or(0, Vec::len).min(MAX_PLIES as usize);
+    once(COMMON.to_owned()).chain((0..groups).map(|group| format!("{LAYUP}/{group}{COMMON}")))
+}
+
+/// Puts the fabrics of files in `folder`, or of those built in, in place of their names; returns place and file of each that was read.
+pub(super) fn inline(document: &mut Value, folder: Option<&Path>) -> Result<Vec<(String, String)>, CaseError> {
+    let mut inlined = Vec::new();
+    for place in places(document) {
+        let Some(stands) = document.pointer_mut(&place) else { continue };
+        let Some(name) = file_name(stands, &place)?.map(str::to_owned) else { continue };
+        let (file, text) = text_of(&name, folder, &place)?;
+        let fabric = read::parse(&text).and_then(|fabric| own_sources(fabric, &name, &place));
+        let (fabric, own) = fabric.map_err(|error| error.in_file(&file))?;
+        *stands = fabric;
+        // What the case itself says about a fabric holds over what the file says.
+        let Some(sources) = changes::sources(document) else { continue };
+        let of_case: Vec<String> = sources.keys().filter(|pointer| is_at_or_below(pointer, &place)).cloned().collect();
+        sources.extend(own.into_iter().filter(|(own, _)| !of_case.iter().any(|above| is_at_or_below(own, above))));
+        inlined.push((place, file));
+    }
+    Ok(inlined)
+}
+
+/// The name in `{"file": name}`; `None` for a fabric written out in the case.
+fn file_name<'a>(fabric: &'a Value, place: &str) -> Result<Option<&'a str>, CaseError> {
+    if fabric.is_array() {
+        let error = CaseError::at(place, "one fabric", "a list of fabrics");
+        return Err(error.help("plies of different fabrics are listed in /pack/layup, one fabric in each item"));
+    }
+    let Some((map, file)) = fabric.as_object().and_then(|map| Some((map, map.get("file")?))) else { return Ok(None) };
+    if let Some(other) = map.keys().find(|key| *key != "file") {
+        let location = format!("{place}/{}", escape(other));
+        let error = CaseError::at(location, "\"file\" alone", format!("{} beside it", quote(other)));
+        return Err(error.help("write the fabric out in the case to change it, or use --set"));
+    }
+    let wrong = || CaseError::at(format!("{place}/file"), "the name of a file", describe(file));
+    file.as_str().map(Some).ok_or_else(wrong)
+}
+
+/// The name of a file as errors say it, and its text. The file must lie inside the case's folder, links followed.
+fn text_of(name: &str, folder: Option<&Path>, place: &str) -> Result<(String, String), CaseError> {
+    let refused = |expected: &str, found: String| CaseError::at(format!("{place}/file"), expected, found);
+    let Some(folder) = folder else {
+        let help = "a case without a file of its own cannot name a fabric file; write it out";
+        let text = builtin_fabric(name).ok_or_else(|| refused("a fabric that is built in", quote(name)).help(help))?;
+        return Ok((format!("{name} (built in)"), text.to_owned()));
+    };
+    let outside = |why: &str| refused("a file inside the case's folder", format!("{}, {why}", quote(name)));
+    let beside = "copy the fabric file beside the case";
+    if Path::new(name).is_absolute() {
+        return Err(outside("an absolute path").help("name it relative to the case's folder"));
+    }
+    let is_inside = |part: Component<'_>| matches!(part, Component::Normal(_) | Component::CurDir);
+    if !Path::new(name).components().all(is_inside) || name.is_empty() {
+        return Err(outside("which leaves the folder").help(beside));
+    }
+    let canonical = |path: &Path| path.canonicalize().map_err(|error| outside(&error.to_string()));
+    let path = canonical(&folder.join(name))?;
+    if !path.starts_with(canonical(folder)?) {
+        return Err(outside("a link that leaves the folder").help(beside));
+    }
+    let file = folder.join(name).display().to_string();
+    let text = read::text_of_file(&path).map_err(|error| error.in_file(&file))?;
+    Ok((file, text))
+}
+
+/// A fabric file without its `sources`, and these as pointers of a case with the fabric at `place`.
+fn own_sources(mut fabric: Value, name: &str, place: &str) -> Result<(Value, Map<String, Value>), CaseError> {
+    let Value::Object(keys) = &mut fabric else {
+        return Err(CaseError::at("line 1, column 1", "an object with the keys of \"fabric\"", describe(&fabric)));
+    };
+    let own = keys.shift_remove("sources").unwrap_or_else(|| json!({}));
+    check_sources(&own, COMMON, &fabric)?;
+    let own = own.as_object().into_iter().flatten().map(|(pointer, text)| (format!("{place}{pointer}"), text.clone()));
+    Ok((fabric, once((place.to_owned(), Value::from(name))).chain(own).collect()))
 }
