@@ -6,7 +6,7 @@ use twox_hash::XxHash3_64;
 use super::error::{describe, index, is_at_or_below, nearest, quote, short_number_text, text_of, unescape};
 use super::fabric::{around, holds_fabrics, make_own};
 use super::keys::{Key, lookup, object, pointers};
-use super::provenance::is_assumed;
+use super::provenance::{is_assumed, source};
 use super::{Case, CaseError, Edge, read};
 
 /// The source of what a user changes on the command line, and the first word of the place of its errors.
@@ -38,38 +38,27 @@ pub enum BuiltInFabric {
     TwaronCt709,
 }
 
-/// Names and texts of these fabrics.
-const BUILT_IN: [(&str, &str); 7] = [
-    ("fabrics/s-720.json", include_str!("../../cases/fabrics/s-720.json")),
-    ("fabrics/s-728.json", include_str!("../../cases/fabrics/s-728.json")),
-    ("fabrics/km2-s706.json", include_str!("../../cases/fabrics/km2-s706.json")),
-    ("fabrics/kevlar29-s745.json", include_str!("../../cases/fabrics/kevlar29-s745.json")),
-    ("fabrics/kevlar49-17x17.json", include_str!("../../cases/fabrics/kevlar49-17x17.json")),
-    ("fabrics/twaron-ct612.json", include_str!("../../cases/fabrics/twaron-ct612.json")),
-    ("fabrics/twaron-ct709.json", include_str!("../../cases/fabrics/twaron-ct709.json")),
+/// Fabrics with their names in a case and their texts.
+const BUILT_IN: [(BuiltInFabric, &str, &str); 7] = [
+    (BuiltInFabric::S720, "fabrics/s-720.json", include_str!("../../cases/fabrics/s-720.json")),
+    (BuiltInFabric::S728, "fabrics/s-728.json", include_str!("../../cases/fabrics/s-728.json")),
+    (BuiltInFabric::Km2S706, "fabrics/km2-s706.json", include_str!("../../cases/fabrics/km2-s706.json")),
+    (BuiltInFabric::Kevlar29S745, "fabrics/kevlar29-s745.json", include_str!("../../cases/fabrics/kevlar29-s745.json")),
+    (BuiltInFabric::Kevlar49, "fabrics/kevlar49-17x17.json", include_str!("../../cases/fabrics/kevlar49-17x17.json")),
+    (BuiltInFabric::TwaronCt612, "fabrics/twaron-ct612.json", include_str!("../../cases/fabrics/twaron-ct612.json")),
+    (BuiltInFabric::TwaronCt709, "fabrics/twaron-ct709.json", include_str!("../../cases/fabrics/twaron-ct709.json")),
 ];
 
 impl BuiltInFabric {
-    /// All of them.
-    pub const ALL: [Self; 7] = [
-        Self::S720,
-        Self::S728,
-        Self::Km2S706,
-        Self::Kevlar29S745,
-        Self::Kevlar49,
-        Self::TwaronCt612,
-        Self::TwaronCt709,
-    ];
-
     /// Name of the fabric in a case.
     pub fn file(self) -> &'static str {
-        BUILT_IN[self as usize].0
+        BUILT_IN.iter().find(|(fabric, ..)| *fabric == self).map_or("", |(_, name, _)| name)
     }
 }
 
 /// The text of a fabric that is built into the program, by its name in a case: `fabrics/s-720.json`.
 pub fn builtin_fabric(file: &str) -> Option<&'static str> {
-    BUILT_IN.iter().find(|(name, _)| *name == file).map(|(_, text)| *text)
+    BUILT_IN.iter().find(|(_, name, _)| *name == file).map(|(.., text)| *text)
 }
 
 /// One change: the pointer and the value it gets.
@@ -156,9 +145,8 @@ impl Change {
             return Ok(());
         }
         let Some(sources) = sources(document) else { return Ok(()) };
-        let covering = sources.iter().filter(|(above, _)| is_at_or_below(&self.pointer, above));
-        let nearest = covering.max_by_key(|(above, _)| above.len()).and_then(|(_, text)| text.as_str());
-        let text = if nearest.is_some_and(is_assumed) { format!("assumed, {by}") } else { by.to_owned() };
+        let is_assumed = source(sources, &self.pointer).is_some_and(is_assumed);
+        let text = if is_assumed { format!("assumed, {by}") } else { by.to_owned() };
         sources.retain(|pointer, _| !is_at_or_below(pointer, &self.pointer));
         // A fabric's file brings its own sources.
         if !(self.is_fabric() && self.value.get("file").is_some()) {

@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::error::short_number_text;
+use super::error::millimetres;
 use super::keys::choices;
 use super::pack::LAYUP;
 use super::provenance::Provenance;
@@ -123,12 +123,11 @@ impl Case {
         let refuse = |key: &str, expected: String, found: &str| Err(CaseError::at(key, expected, found));
         let are_all = |edge| layers.iter().all(|layer| layer.edges.are_all(edge));
         let (at, corners) = ("/pack/window", "/pack/corner_clamps_mm");
-        let millimetres = |size: f64| short_number_text(size * 1e3);
         let smaller = pack.width.min(pack.height);
         if let Some(Window { diameter }) = pack.window {
             if diameter > smaller * (1.0 + SAME) {
-                let expected = format!("at most {} mm, the smaller of width_mm and height_mm", millimetres(smaller));
-                return refuse(&format!("{at}/diameter_mm"), expected, &format!("{} mm", millimetres(diameter)));
+                let expected = format!("at most {}, the smaller of width_mm and height_mm", millimetres(smaller));
+                return refuse(&format!("{at}/diameter_mm"), expected, &millimetres(diameter));
             }
             if !are_all(Edge::Clamped) {
                 let expected = "clamped edges of every ply, for a window clamps all around".to_owned();

@@ -4,7 +4,7 @@
 use std::cell::RefCell;
 
 use serde::de::DeserializeOwned;
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
 use super::changes::{BY, FLAG};
 use super::error::{is_at_or_below, short_number_text, text_of, whole};
@@ -55,18 +55,23 @@ pub(super) fn is_assumed(source: &str) -> bool {
     source.starts_with("assumed")
 }
 
+/// The text of the nearest source at or above a pointer.
+pub(super) fn source<'a>(sources: &'a Map<String, Value>, pointer: &str) -> Option<&'a str> {
+    let above = sources.iter().filter(|(above, _)| is_at_or_below(pointer, above));
+    above.max_by_key(|(above, _)| above.len())?.1.as_str()
+}
+
 /// Fields of a case that is being read.
 pub(super) struct Provenance {
     /// The case's `sources`: pointer and text.
-    sources: Vec<(String, String)>,
+    sources: Map<String, Value>,
     fields: RefCell<Vec<Field>>,
 }
 
 impl Provenance {
     /// A record for a document that has been checked; its values are recorded, and defaults put where a key is left out.
     pub(super) fn of(document: &mut Value) -> Self {
-        let sources = document["sources"].as_object().into_iter().flatten();
-        let sources = sources.map(|(pointer, text)| (pointer.clone(), text_of(text))).collect();
+        let sources = document["sources"].as_object().cloned().unwrap_or_default();
         let record = Self { sources, fields: RefCell::default() };
         record.complete("", &CASE, document);
         record
@@ -195,11 +200,10 @@ impl Provenance {
     /// The text of the nearest source at or above the pointer of a key; of a key that needs a source of its own, that one.
     fn source(&self, pointer: &str, key: &Key) -> &str {
         if key.has("own_source") {
-            let own = |(at, text): &&(String, String)| at == pointer && ![FLAG, BY].contains(&text.as_str());
-            return self.sources.iter().find(own).map_or("assumed: the case names no source", |(_, text)| text);
+            let own = self.sources.get(pointer).and_then(Value::as_str).filter(|text| ![FLAG, BY].contains(text));
+            return own.unwrap_or("assumed: the case names no source");
         }
-        let above = self.sources.iter().filter(|(above, _)| is_at_or_below(pointer, above));
-        above.max_by_key(|(above, _)| above.len()).map_or("case file", |(_, text)| text)
+        source(&self.sources, pointer).unwrap_or("case file")
     }
 }
 

@@ -5,8 +5,9 @@ use std::f64::consts::PI;
 use serde_json::{Value, json};
 
 use super::changes;
-use super::error::{is_at_or_below, number_text};
+use super::error::number_text;
 use super::keys::{CASE, keys};
+use super::provenance::source;
 
 /// A unit: the end of the names of keys that have it (empty: none has), its sign and other spellings, and SI = value · numerator / denominator,
 /// so that decimal factors round once.
@@ -186,9 +187,7 @@ pub(super) fn without_units(document: &mut Value) {
     convert("", &CASE, None, document, &mut notes);
     let Some(sources) = changes::sources(document).filter(|_| !notes.is_empty()) else { return };
     for (pointer, note) in notes {
-        let above = sources.iter().filter(|(above, _)| is_at_or_below(&pointer, above));
-        let source = above.max_by_key(|(above, _)| above.len()).and_then(|(_, text)| text.as_str());
-        let text = format!("{}; {note}", source.unwrap_or("case file"));
+        let text = format!("{}; {note}", source(sources, &pointer).unwrap_or("case file"));
         sources.insert(pointer, Value::from(text));
     }
 }

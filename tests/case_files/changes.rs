@@ -127,15 +127,6 @@ fn a_case_that_is_built_is_that_of_the_same_text() {
 }
 
 #[test]
-fn every_fabric_that_is_built_in_can_be_chosen() {
-    for fabric in BuiltInFabric::ALL {
-        let case = built().fabric(fabric).build().unwrap();
-        let text = ripstop::case::builtin_fabric(fabric.file()).unwrap();
-        assert_eq!(json!(case.fabric.name), serde_json::from_str::<Value>(text).unwrap()["name"]);
-    }
-}
-
-#[test]
 fn what_is_wrong_is_said_as_of_a_file_without_the_option_of_the_command_line() {
     let error = |builder: ripstop::CaseBuilder| builder.name("mine").build().unwrap_err().to_string();
     let missing = error(Case::builder("nothing"));
