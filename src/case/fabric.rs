@@ -203,12 +203,12 @@ impl Fabric {
 
     /// Completes and checks the fabric whose keys stand at the pointer `at`.
     pub(super) fn complete(&mut self, at: &str, record: &Provenance) -> Result<(), CaseError> {
-        let at = |key: &str| format!("{at}{key}");
-        let (warp, weft) = (&self.warp, &self.weft);
-        if !warp.present && !weft.present {
-            let error = CaseError::at(at(""), "at least one yarn", "both absent");
+        if !self.warp.present && !self.weft.present {
+            let error = CaseError::at(at, "at least one yarn", "both absent");
             return Err(error.help("leave \"absent\" out of \"warp\" or \"weft\""));
         }
+        self.complete_yarns(at, record)?;
+        let at = |key: &str| format!("{at}{key}");
         let sum = self.areal_density_of_yarns();
         let assumed = record.is_assumed(&at("/warp")) || record.is_assumed(&at("/weft"));
         record.fill(&at("/areal_density_g_m2"), &mut self.areal_density, sum, "", assumed);
@@ -291,16 +291,12 @@ pub(super) fn make_own(document: &mut Value, place: &str) {
     }
 }
 
-/// Pointers of the fabrics of a document. A longer layup will be refused: no need to read its files.
-pub(super) fn places(document: &Value) -> impl Iterator<Item = String> + use<> {
-    let groups = document.pointer(LAYUP).and_then(Value::as_array).map_or(0, Vec::len).min(MAX_PLIES as usize);
-    once(COMMON.to_owned()).chain((0..groups).map(|group| format!("{LAYUP}/{group}{COMMON}")))
-}
-
 /// Puts the fabrics of files in `folder`, or of those built in, in place of their names; returns place and file of each that was read.
 pub(super) fn inline(document: &mut Value, folder: Option<&Path>) -> Result<Vec<(String, String)>, CaseError> {
     let mut inlined = Vec::new();
-    for place in places(document) {
+    // A longer layup will be refused: no need to read its files.
+    let groups = document.pointer(LAYUP).and_then(Value::as_array).map_or(0, Vec::len).min(MAX_PLIES as usize);
+    for place in once(COMMON.to_owned()).chain((0..groups).map(|group| format!("{LAYUP}/{group}{COMMON}"))) {
         let Some(stands) = document.pointer_mut(&place) else { continue };
         let Some(name) = file_name(stands, &place)?.map(str::to_owned) else { continue };
         let (file, text) = text_of(&name, folder, &place)?;

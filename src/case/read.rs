@@ -12,7 +12,7 @@ use super::error::{CaseError, check, describe, is_at_or_below, quote};
 use super::keys::CASE;
 use super::provenance::{Origin, Provenance, in_si, typed};
 use super::units::without_units;
-use super::{Case, fabric, pack, solver, variability, yarn};
+use super::{Case, fabric, pack, solver, variability};
 
 /// Largest size of a case file [bytes]; a larger file is something else.
 const MAX_BYTES: u64 = 1 << 20;
@@ -139,7 +139,6 @@ fn built(document: &Value) -> Result<Case, Vec<CaseError>> {
     let mut document = document.clone();
     let record = Provenance::of(&mut document);
     solver::derive(&mut document, &record);
-    yarn::derive(&mut document, &record).map_err(|error| vec![error])?;
     in_si(&CASE, &mut document);
     pack::share_with_layup(&mut document);
     let completed = |mut case: Case| case.complete(&record).map(|()| case);

@@ -3,13 +3,10 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer};
-use serde_json::{Value, json};
 
-use super::CaseError;
 use super::error::short_number_text;
-use super::fabric::places;
 use super::provenance::Provenance;
-use super::units::split_unit;
+use super::{CaseError, Fabric};
 
 /// Keys that give a strength.
 const STRENGTHS: [&str; 4] = ["tenacity_g_den", "tenacity_cn_tex", "strength_mpa", "strength_gpa"];
@@ -128,147 +125,138 @@ impl Yarn {
     pub fn half_span(&self) -> f64 {
         0.5 / self.count
     }
-}
 
-/// The number [SI] of an object whose key has this name before its unit.
-fn number(object: &Value, name: &str) -> Option<f64> {
-    object.as_object()?.iter().find_map(|(key, value)| {
-        let (own, unit) = split_unit(key);
-        let number = value.as_f64().filter(|_| own == name)?;
-        Some(unit.map_or(number, |unit| unit.to_si(number)))
-    })
-}
-
-fn si(object: &Value, name: &str) -> f64 {
-    number(object, name).unwrap_or(0.0)
-}
-
-/// Puts failure strains and crimps into a document that has been checked and completed, where a fabric has other numbers for them.
-///
-/// # Errors
-/// A strength above what the modulus reaches, an areal density that leaves no crimp, or none where a crimp is left out.
-pub(super) fn derive(document: &mut Value, record: &Provenance) -> Result<(), CaseError> {
-    for place in places(document) {
-        let Some(fabric) = document.pointer_mut(&place) else { continue };
-        let present = ["warp", "weft"].into_iter().filter(|yarn| fabric[*yarn]["absent"] != true).collect::<Vec<_>>();
-        let fibre_density = si(fabric, "fibre_density");
-        for yarn in &present {
-            let (place, yarn) = (format!("{place}/{yarn}"), &mut fabric[*yarn]);
-            let curve = curve(&place, yarn, record)?;
-            failure_strain(&place, yarn, &curve, fibre_density, record)?;
-        }
-        crimp(&place, fabric, &present, record)?;
+    /// Completes the yarn whose keys stand at the pointer `at`, of fibres of this density [kg/m³].
+    pub(super) fn complete(&mut self, at: &str, fibre_density: f64, record: &Provenance) -> Result<(), CaseError> {
+        let points = self.complete_modulus(at, record)?;
+        self.complete_failure_strain(at, &points, fibre_density, record)
     }
-    Ok(())
+
+    /// Points of the curve [-], [Pa], none of a yarn without one. They give the modulus, which stands alone for a straight curve.
+    fn complete_modulus(&mut self, at: &str, record: &Provenance) -> Result<Vec<[f64; 2]>, CaseError> {
+        let Some(&[end, top]) = self.curve.last() else { return Ok(Vec::new()) };
+        let refused = |index: usize, expected: String| {
+            let [strain, stress] = self.curve[index].map(short_number_text);
+            let error = CaseError::at(format!("{at}/curve/{index}"), expected, format!("[{strain}, {stress}]"));
+            let units = "strain [-], 0.035 for 3.5 %, and stress [GPa]";
+            Err(error.help(format!("points of {units}, both rising, from [0, 0] to where the yarn breaks")))
+        };
+        if self.curve[0] != [0.0; 2] {
+            return refused(0, "[0, 0], a yarn without load".to_owned());
+        }
+        let mut steepest: f64 = 0.0;
+        for (index, pair) in self.curve.windows(2).enumerate() {
+            let [strain, stress] = [0, 1].map(|i| pair[1][i] - pair[0][i]);
+            if strain <= 0.0 || stress <= 0.0 || pair[1][0] > 1.0 {
+                let [strain, stress] = pair[0].map(short_number_text);
+                let expected = format!("a strain above {strain}, at most 1, and a stress above {stress} GPa");
+                return refused(index + 1, expected);
+            }
+            steepest = steepest.max(stress / strain);
+        }
+        if end < self.failure_strain && self.failure_strain < 1.0 {
+            let expected = format!("at most the last strain of the curve, {}, or 1: never", short_number_text(end));
+            let found = short_number_text(self.failure_strain);
+            let error = CaseError::at(format!("{at}/failure_strain"), expected, found);
+            return Err(error.help("the curve has to reach to where the yarn breaks"));
+        }
+        let is_straight =
+            self.curve.iter().all(|[strain, stress]| (stress - strain * top / end).abs() <= STRAIGHT * top);
+        let (modulus, how) = match is_straight {
+            // Without the dust of decimal points.
+            true => {
+                (format!("{:.11e}", top / end).parse().unwrap_or(top / end), "slope of the curve, which is straight")
+            }
+            false => (steepest, "steepest slope of the curve; sets the time step"),
+        };
+        let assumed = record.is_assumed(&format!("{at}/curve"));
+        self.modulus = record.derive(&format!("{at}/modulus_gpa"), 1e9 * modulus, how, assumed);
+        let points: Vec<[f64; 2]> = self.curve.iter().map(|[strain, stress]| [*strain, 1e9 * stress]).collect();
+        self.curve = if is_straight { Vec::new() } else { points.clone() };
+        Ok(points)
+    }
+
+    /// Failure strain from the strength, where that is given, and from the points of a curve, where there are some.
+    fn complete_failure_strain(
+        &mut self,
+        at: &str,
+        points: &[[f64; 2]],
+        fibre_density: f64,
+        record: &Provenance,
+    ) -> Result<(), CaseError> {
+        let given = STRENGTHS.into_iter().find_map(|key| Some((key, record.si(&format!("{at}/{key}"))?)));
+        let Some((key, strength)) = given else { return Ok(()) };
+        let is_tenacity = key.starts_with("tenacity");
+        let (factor, times) = if is_tenacity { (fibre_density, " × fibre density") } else { (1.0, "") };
+        let strength = strength * factor;
+        let on_curve = |ends: &[[f64; 2]]| {
+            let [[strain, stress], [next, above]] = [ends[0], ends[1]];
+            (strength <= above).then(|| strain + (strength - stress) * (next - strain) / (above - stress))
+        };
+        let (strain, over) = match points {
+            [] => (strength / self.modulus, "/ modulus"),
+            points => (points.windows(2).find_map(on_curve).unwrap_or(1.0), "on the curve"),
+        };
+        let place = format!("{at}/{key}");
+        if strain >= 1.0 {
+            let (of, most, beyond) = match points.last() {
+                None => {
+                    ("below the modulus", self.modulus, format!(", a failure strain of {}", short_number_text(strain)))
+                }
+                Some([_, stress]) => ("at most the last stress of the curve", *stress, String::new()),
+            };
+            let expected = format!("a strength {of}, {} GPa", short_number_text(1e-9 * most));
+            let found = record.value(&place) + &beyond;
+            return Err(CaseError::at(place, expected, found).help("look at the units of both"));
+        }
+        let assumed = record.is_assumed(&place) || record.is_assumed(&format!("{at}/modulus_gpa"));
+        let how = format!("{key}{times} {over}");
+        self.failure_strain = record.derive(&format!("{at}/failure_strain"), strain, &how, assumed);
+        Ok(())
+    }
 }
 
-/// Points of the curve of a yarn at `place` [-], [Pa], none of one without; puts the modulus into the yarn, and in place of a straight curve.
-fn curve(place: &str, yarn: &mut Value, record: &Provenance) -> Result<Vec<[f64; 2]>, CaseError> {
-    let points = yarn.get("curve").and_then(|points| serde_json::from_value::<Vec<[f64; 2]>>(points.clone()).ok());
-    let (Some(points), Some(yarn)) = (points, yarn.as_object_mut()) else { return Ok(Vec::new()) };
-    let mut steepest: f64 = 0.0;
-    for (index, point) in points.iter().enumerate() {
-        let before = index.checked_sub(1).map_or([0.0; 2], |before| points[before]);
-        let [strain, stress] = [0, 1].map(|i: usize| point[i] - before[i]);
-        let is_first = index == 0;
-        if if is_first { *point != [0.0; 2] } else { strain <= 0.0 || stress <= 0.0 || point[0] > 1.0 } {
-            let [strain, stress] = before.map(short_number_text);
-            let expected = match is_first {
-                true => "[0, 0], a yarn without load".to_owned(),
-                false => format!("a strain above {strain}, at most 1, and a stress above {stress} GPa"),
-            };
-            let found = format!("[{}, {}]", short_number_text(point[0]), short_number_text(point[1]));
-            let error = CaseError::at(format!("{place}/curve/{index}"), expected, found);
+impl Fabric {
+    /// Completes the yarns of the fabric whose keys stand at the pointer `at`. Yarns without a crimp get that which follows from the areal
+    /// density.
+    pub(super) fn complete_yarns(&mut self, at: &str, record: &Provenance) -> Result<(), CaseError> {
+        let (warp, weft) = (&mut self.warp, &mut self.weft);
+        // Mass per area of straight yarns.
+        let straight = [warp.linear_density * weft.count, weft.linear_density * warp.count];
+        let mut unknown = Vec::new();
+        let mut known = 0.0;
+        for ((name, yarn), straight) in [("warp", warp), ("weft", weft)].into_iter().zip(straight) {
+            let at = format!("{at}/{name}");
+            if !yarn.present {
+                continue;
+            }
+            yarn.complete(&at, self.fibre_density, record)?;
+            known += straight * (1.0 + yarn.crimp);
+            let crimp = format!("{at}/crimp");
+            if !record.has(&crimp) {
+                unknown.push((crimp, yarn, straight));
+            }
+        }
+        let Some((first, ..)) = unknown.first() else { return Ok(()) };
+        let areal = format!("{at}/areal_density_g_m2");
+        if !record.has(&areal) {
+            let error = CaseError::at(first, "a crimp, or areal_density_g_m2", "neither");
             return Err(
-                error.help("points of strain [-], 0.035 for 3.5 %, and stress [GPa], both rising, from [0, 0] to where the yarn breaks")
+                error.help("from the areal density follows the crimp: how much more than straight yarns it weighs")
             );
         }
-        steepest = if is_first { 0.0 } else { steepest.max(stress / strain) };
+        let share: f64 = unknown.iter().map(|(.., straight)| straight).sum();
+        let crimp = (self.areal_density - known) / share;
+        if !(0.0..=MAX_CRIMP).contains(&crimp) {
+            let [least, most] = [0.0, MAX_CRIMP].map(|crimp| short_number_text(1e3 * (known + crimp * share)));
+            let expected = format!("{least} to {most} g/m²: straight yarns, and a crimp of {MAX_CRIMP}");
+            let error = CaseError::at(&areal, expected, format!("{} g/m²", record.value(&areal)));
+            return Err(error.help("look at units, linear density and count, or give \"crimp\""));
+        }
+        let assumed = unknown.len() == 2 || record.is_assumed(&areal);
+        for (place, yarn, _) in unknown {
+            yarn.crimp = record.derive(&place, crimp, "", assumed);
+        }
+        Ok(())
     }
-    let [end, top] = points[points.len() - 1];
-    let is_straight = points.iter().all(|[strain, stress]| (stress - strain * top / end).abs() <= STRAIGHT * top);
-    let (modulus, how) = match is_straight {
-        // Without the dust of decimal points.
-        true => (format!("{:.11e}", top / end).parse().unwrap_or(top / end), "slope of the curve, which is straight"),
-        false => (steepest, "steepest slope of the curve; sets the time step"),
-    };
-    record.derive(&format!("{place}/modulus_gpa"), 1e9 * modulus, how, record.is_assumed(&format!("{place}/curve")));
-    yarn.insert("modulus_gpa".to_owned(), json!(modulus));
-    let points: Vec<[f64; 2]> = points.into_iter().map(|[strain, stress]| [strain, 1e9 * stress]).collect();
-    yarn.insert("curve".to_owned(), if is_straight { json!([]) } else { json!(points) });
-    let failure = yarn.get("failure_strain").and_then(Value::as_f64).filter(|strain| end < *strain && *strain < 1.0);
-    if let Some(strain) = failure {
-        let expected = format!("at most the last strain of the curve, {}, or 1: never", short_number_text(end));
-        let error = CaseError::at(format!("{place}/failure_strain"), expected, short_number_text(strain));
-        return Err(error.help("the curve has to reach to where the yarn breaks"));
-    }
-    Ok(points)
-}
-
-/// Failure strain of a yarn at `place`, from its strength, and from its curve where it has one.
-fn failure_strain(
-    place: &str,
-    yarn: &mut Value,
-    curve: &[[f64; 2]],
-    fibre_density: f64,
-    record: &Provenance,
-) -> Result<(), CaseError> {
-    let Some(key) = STRENGTHS.into_iter().find(|key| yarn.get(key).is_some()) else { return Ok(()) };
-    let (name, modulus) = (split_unit(key).0, si(yarn, "modulus"));
-    let (factor, times) = if name == "tenacity" { (fibre_density, " × fibre density") } else { (1.0, "") };
-    let strength = si(yarn, name) * factor;
-    let on_curve = |ends: &[[f64; 2]]| {
-        let [[strain, stress], [next, above]] = [ends[0], ends[1]];
-        (strength <= above).then(|| strain + (strength - stress) * (next - strain) / (above - stress))
-    };
-    let (strain, over) = match curve {
-        [] => (strength / modulus, "/ modulus"),
-        points => (points.windows(2).find_map(on_curve).unwrap_or(1.0), "on the curve"),
-    };
-    let at = format!("{place}/{key}");
-    if strain >= 1.0 {
-        let (of, most, beyond) = match curve.last() {
-            None => ("below the modulus", modulus, format!(", a failure strain of {}", short_number_text(strain))),
-            Some([_, stress]) => ("at most the last stress of the curve", *stress, String::new()),
-        };
-        let expected = format!("a strength {of}, {} GPa", short_number_text(1e-9 * most));
-        let found = record.value(&at) + &beyond;
-        return Err(CaseError::at(at, expected, found).help("look at the units of both"));
-    }
-    let how = format!("{key}{times} {over}");
-    let assumed = [at.clone(), format!("{place}/modulus_gpa")].iter().any(|at| record.is_assumed(at));
-    record.derive(&format!("{place}/failure_strain"), strain, &how, assumed);
-    if let Some(yarn) = yarn.as_object_mut() {
-        yarn.shift_remove(key);
-        yarn.insert("failure_strain".to_owned(), json!(strain));
-    }
-    Ok(())
-}
-
-/// Crimps of the yarns that have none, from the areal density of the fabric at `place`.
-fn crimp(place: &str, fabric: &mut Value, present: &[&str], record: &Provenance) -> Result<(), CaseError> {
-    let unknown: Vec<&str> = present.iter().copied().filter(|yarn| fabric[*yarn].get("crimp").is_none()).collect();
-    let Some(first) = unknown.first() else { return Ok(()) };
-    let areal = format!("{place}/areal_density_g_m2");
-    let Some(density) = number(fabric, "areal_density") else {
-        let error = CaseError::at(format!("{place}/{first}/crimp"), "a crimp, or areal_density_g_m2", "neither");
-        return Err(error.help("from the areal density follows the crimp: how much more than straight yarns it weighs"));
-    };
-    let other = |yarn: &str| if yarn == "warp" { "weft" } else { "warp" };
-    let straight = |yarn: &str| si(&fabric[yarn], "linear_density") * si(&fabric[other(yarn)], "count");
-    let known: f64 = present.iter().map(|yarn| straight(yarn) * (1.0 + si(&fabric[*yarn], "crimp"))).sum();
-    let share: f64 = unknown.iter().map(|yarn| straight(yarn)).sum();
-    let crimp = (density - known) / share;
-    if !(0.0..=MAX_CRIMP).contains(&crimp) {
-        let [least, most] = [0.0, MAX_CRIMP].map(|crimp| short_number_text(1e3 * (known + crimp * share)));
-        let expected = format!("{least} to {most} g/m²: straight yarns, and a crimp of {MAX_CRIMP}");
-        let error = CaseError::at(&areal, expected, format!("{} g/m²", record.value(&areal)));
-        return Err(error.help("look at units, linear density and count, or give \"crimp\""));
-    }
-    let assumed = unknown.len() == 2 || record.is_assumed(&areal);
-    for yarn in unknown {
-        record.derive(&format!("{place}/{yarn}/crimp"), crimp, "", assumed);
-        fabric[yarn]["crimp"] = json!(crimp);
-    }
-    Ok(())
 }
