@@ -300,8 +300,7 @@ pub(super) fn inline(document: &mut Value, folder: Option<&Path>) -> Result<Vec<
         let Some(stands) = document.pointer_mut(&place) else { continue };
         let Some(name) = file_name(stands, &place)?.map(str::to_owned) else { continue };
         let (file, text) = text_of(&name, folder, &place)?;
-        let fabric = read::parse(&text).and_then(|fabric| own_sources(fabric, &name, &place));
-        let (fabric, own) = fabric.map_err(|error| error.in_file(&file))?;
+        let (fabric, own) = with_sources(&text, &name, &place).map_err(|error| error.in_file(&file))?;
         *stands = fabric;
         // What the case itself says about a fabric holds over what the file says.
         let Some(sources) = changes::sources(document) else { continue };
@@ -355,8 +354,18 @@ fn text_of(name: &str, folder: Option<&Path>, place: &str) -> Result<(String, St
     Ok((file, text))
 }
 
-/// A fabric file without its `sources`, and these as pointers of a case with the fabric at `place`.
-fn own_sources(mut fabric: Value, name: &str, place: &str) -> Result<(Value, Map<String, Value>), CaseError> {
+/// Fabric of a text of its own without its `sources`, and these as pointers of a case with the fabric at `/fabric`; `name` is the source of
+/// all that they do not name.
+///
+/// # Errors
+/// A text that is no JSON object, and sources of what is not there.
+pub fn fabric_from_str(name: &str, text: &str) -> Result<(Value, Map<String, Value>), CaseError> {
+    with_sources(text, name, COMMON).map_err(|error| error.in_file(name))
+}
+
+/// Fabric of a text, and its sources in a case with the fabric at `place`.
+fn with_sources(text: &str, name: &str, place: &str) -> Result<(Value, Map<String, Value>), CaseError> {
+    let mut fabric = read::parse(text)?;
     let Value::Object(keys) = &mut fabric else {
         return Err(CaseError::at("line 1, column 1", "an object with the keys of \"fabric\"", describe(&fabric)));
     };

@@ -166,15 +166,8 @@ fn read_fabric(given: &str) -> Result<Projectile, CommandFailure> {
         None => fs::read_to_string(given)
             .map_err(|error| unknown("--fabric", given, &format!("or a file with the keys of a fabric ({error})")))?,
     };
-    let wrong = |found: String| CommandFailure::expected(given, "an object with the keys of a fabric", found);
-    let mut fabric: Value = serde_json::from_str(&text).map_err(|error| wrong(error.to_string()))?;
-    let Value::Object(keys) = &mut fabric else { return Err(wrong("something else".to_owned())) };
-    let name = keys.get("name").and_then(Value::as_str).unwrap_or("fabric").to_owned();
-    let own = keys.shift_remove("sources");
-    let mut sources = Map::from_iter([("/fabric".to_owned(), json!(given))]);
-    for (pointer, text) in own.as_ref().and_then(Value::as_object).into_iter().flatten() {
-        sources.insert(format!("/fabric{pointer}"), text.clone());
-    }
+    let (fabric, sources) = case::fabric_from_str(given, &text)?;
+    let name = fabric["name"].as_str().unwrap_or("fabric").to_owned();
     Ok((name, fabric, sources))
 }
 
