@@ -84,7 +84,9 @@ pub(crate) fn check(arguments: &CheckArguments) -> Result<(), CommandFailure> {
         match read(path, &arguments.sets).map_err(Into::into).and_then(|case| Ok((sheet(&case)?, case))) {
             Ok(((_, value), _)) if arguments.json => terminal::print_raw(&format!("{value:#}\n"))?,
             Ok(((text, _), case)) => {
-                let fields = if arguments.all { every_field(&case) } else { assumed(&case) };
+                // The title stands above already.
+                let every_field = || case::report(&case).replacen(&case.title, "", 1);
+                let fields = if arguments.all { every_field() } else { assumed(&case) };
                 let notes = part("notes", &case.notes.join("\n"));
                 let warnings = part("warnings", &result::warnings(&case_warnings(&case)));
                 terminal::print_within(
@@ -177,11 +179,6 @@ fn sketch(case: &Case, [width, height]: [f64; 2]) -> String {
         format!("● hit at [{x}, {y}] mm, {angle}° from the normal")
     }));
     out + &format!("  {}\n", words.join("   ")) + "  warp →, weft ↑, seen from the back face\n"
-}
-
-/// Every field, under the mesh.
-fn every_field(case: &Case) -> String {
-    case::report(case).split_once('\n').map_or_else(String::new, |(_, fields)| format!("\n{fields}"))
 }
 
 /// Fields that are assumed, under their sources.
