@@ -10,14 +10,13 @@ mod cli {
     pub(crate) mod bench;
     pub(crate) mod check;
     pub(crate) mod new;
-    pub(crate) mod result;
     pub(crate) mod run;
     pub(crate) mod studies;
     pub(crate) mod terminal;
 }
 
 use cli::arguments::{Arguments, Command};
-use cli::result::CommandFailure;
+use cli::terminal::CommandFailure;
 
 /// Starts this program again without a Wayland display where none can be found. A layer of Vulkan drivers looks for one, a library below it
 /// writes to standard error that there is none, and a process cannot safely change its own environment.

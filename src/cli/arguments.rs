@@ -18,10 +18,9 @@ use ripstop::study::range_data::ColumnKind;
 use super::bench::{BenchArguments, VerifyArguments};
 use super::check::{CheckArguments, CrossoverArguments};
 use super::new::NewArguments;
-use super::result::CommandFailure;
 use super::run::RunArguments;
 use super::studies::{FitArguments, ShotsArguments, SweepArguments, V50Arguments};
-use super::terminal;
+use super::terminal::{self, CommandFailure};
 
 /// Largest stretch that is solved.
 const MAX_STRETCH: f64 = 2.0;

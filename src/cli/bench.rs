@@ -17,8 +17,7 @@ use ripstop::study::{bench, device_bench};
 use serde_json::{Value, json};
 
 use super::arguments::{Backend, BackendArguments, BackendChoice, PrintArguments};
-use super::result::CommandFailure;
-use super::terminal::{self, Align, TextTable};
+use super::terminal::{self, Align, CommandFailure, TextTable};
 
 /// Name of the file that `bench` writes.
 const FILE: &str = "bench.json";
@@ -126,7 +125,7 @@ pub(crate) fn bench(arguments: &BenchArguments) -> Result<(), CommandFailure> {
             }
             _ => bench::measure(&read, options, &interrupted, &mut terminal::show_run),
         };
-        measured.push(one.map_err(|error| CommandFailure::start(&path.display().to_string(), &error))?);
+        measured.push(one.map_err(|error| CommandFailure::start(&path.display().to_string(), error))?);
         if interrupted.load(Ordering::Relaxed) {
             break;
         }

@@ -21,8 +21,8 @@ use serde_json::{Map, Value, json};
 use sysinfo::{CpuRefreshKind, MemoryRefreshKind, RefreshKind, System};
 
 use super::arguments::{Arguments, Stretches, read};
-use super::result::{self, CommandFailure};
-use super::terminal::{self, Align, TextTable, part};
+use super::run::warnings;
+use super::terminal::{self, Align, CommandFailure, TextTable, part};
 
 /// Points in one grid of stretches at most.
 const MAX_POINTS: usize = 1_000_000;
@@ -88,7 +88,7 @@ pub(crate) fn check(arguments: &CheckArguments) -> Result<(), CommandFailure> {
                 let every_field = || case::report(&case).replacen(&case.title, "", 1);
                 let fields = if arguments.all { every_field() } else { assumed(&case) };
                 let notes = part("notes", &case.notes.join("\n"));
-                let warnings = part("warnings", &result::warnings(&case_warnings(&case)));
+                let warnings = part("warnings", &warnings(&case_warnings(&case)));
                 terminal::print_within(
                     terminal::PAGE,
                     &format!("{}\n{text}{fields}{notes}{warnings}", path.display()),

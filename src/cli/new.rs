@@ -9,8 +9,7 @@ use ripstop::output::number::short;
 use ripstop::{case, output};
 use serde_json::{Map, Number, Value, json};
 
-use super::result::CommandFailure;
-use super::terminal;
+use super::terminal::{self, CommandFailure};
 
 /// File beside every new case, for editors.
 const SCHEMA: &str = "ripstop.schema.json";

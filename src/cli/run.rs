@@ -7,18 +7,23 @@ use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use ripstop::case::{self, Case};
-use ripstop::output::expect::{Judgement, judgement};
+use ripstop::output::checks::{self, Check, Level};
+use ripstop::output::expect::{Judgement, expected, got, judgement, note, quantity};
 use ripstop::output::frames::Recorder;
 use ripstop::output::number::us;
 use ripstop::output::report;
-use ripstop::output::{self, Animation, CHECKPOINT, CheckpointWriter, Folder, StagedFrames};
+use ripstop::output::warnings::Warning;
+use ripstop::output::{self, Animation, CHECKPOINT, CheckpointWriter, Energies, Folder, StagedFrames};
 use ripstop::run::checkpoint::{Checkpoint, Checkpointable, Header};
+use ripstop::run::outcome::Outcome;
 use ripstop::run::{self, Observer, Options, Precision, Progress, Run, RunError, Skips, View};
 use serde_json::Value;
 
 use super::arguments::{Backend, BackendArguments, BackendChoice, PrintArguments, interval, read, took_cpu};
-use super::result::{self, CommandFailure};
-use super::terminal::{self, say};
+use super::terminal::{self, Align, CommandFailure, TextTable, files, part, say};
+
+/// Least share of the largest energy that has a line [-].
+const LEAST_SHARE: f64 = 0.005;
 
 /// `ripstop run`
 #[derive(Args, Debug, Default)]
@@ -150,7 +155,7 @@ pub(crate) fn shoot(
         Ok(run) => conclude(case, run, &folder, observer, start.elapsed().as_secs_f64(), &arguments.print),
         Err(error) => {
             folder.abandon();
-            Err(CommandFailure::start(&file(case), &error))
+            Err(CommandFailure::start(&file(case), error))
         }
     }
 }
@@ -181,7 +186,7 @@ pub(crate) fn resume(path: &Path, print: &PrintArguments) -> Result<(), CommandF
     let mut observer = RunObserver { animation, recorder, checkpoint_writer };
     let run = run::run(&case, options, &interrupted, &mut observer);
     terminal::end_bar();
-    let run = run.map_err(|error| CommandFailure::start(&file(&case), &error))?;
+    let run = run.map_err(|error| CommandFailure::start(&file(&case), error))?;
     let wall = observer.checkpoint_writer.as_ref().map_or(0.0, |writer| writer.spent(run.loop_seconds).wall);
     conclude(&case, run, &folder, observer, wall, print)
 }
@@ -217,8 +222,8 @@ fn conclude(
     let summary = output::summary(case, &run, wall_seconds);
     let page = animation.map(|animation| report::report(case, &run, &summary, &animation));
     let written = folder.write(case, &run, &summary, page, &frames);
-    let files = written.as_ref().ok().map(|names| (folder.path(), names.as_slice()));
-    terminal::show(print, &summary, || result::text(case, &run, &summary, files))?;
+    let written_to = written.as_ref().ok().map(|names| (folder.path(), names.as_slice()));
+    terminal::show(print, &summary, || text(case, &run, &summary, written_to))?;
     written?;
     let goes_on = (run.interrupted || run.lost.is_some())
         && checkpoint_writer.as_ref().is_some_and(|writer| writer.kept.is_some());
@@ -228,7 +233,7 @@ fn conclude(
     if let Some(error) = refused {
         return Err(error.into());
     }
-    verdict(case, &run, &summary, folder.path(), goes_on)
+    exit(case, &run, &summary, folder.path(), goes_on)
 }
 
 fn file(case: &Case) -> String {
@@ -236,7 +241,7 @@ fn file(case: &Case) -> String {
 }
 
 /// Exit code of a run, with its message. `goes_on`: the run can be resumed.
-fn verdict(case: &Case, run: &Run, summary: &Value, folder: &Path, goes_on: bool) -> Result<(), CommandFailure> {
+fn exit(case: &Case, run: &Run, summary: &Value, folder: &Path, goes_on: bool) -> Result<(), CommandFailure> {
     let folder = folder.display();
     let resume = if goes_on { format!("\n  help: `ripstop resume {folder}` goes on") } else { String::new() };
     if let Some(divergence) = &run.divergence {
@@ -262,12 +267,104 @@ fn verdict(case: &Case, run: &Run, summary: &Value, folder: &Path, goes_on: bool
     }
     let expect = || summary["expect"].as_array().into_iter().flatten();
     let fails = expect().filter(|check| judgement(check) == Judgement::Fails);
-    let failed: Vec<String> = fails.map(|check| format!("\n  {}", result::broken(check))).collect();
+    let failed: Vec<String> = fails.map(|check| format!("\n  {}", broken(check))).collect();
     if failed.is_empty() {
         return Ok(());
     }
     let counts = format!("{} of {} expectations failed", failed.len(), expect().count());
     Err(CommandFailure::check(format!("error: {}: {counts}{}", file(case), failed.concat())))
+}
+
+/// Result of a run as people read it. `written`: folder and names of the files, where there are some.
+fn text(case: &Case, run: &Run, summary: &Value, written: Option<(&Path, &[&str])>) -> String {
+    let checks = checks::checks(case, run);
+    let mut weighed = TextTable::plain(&[Align::Left; 3]);
+    output::margins(case, run)
+        .into_iter()
+        .for_each(|(name, number, more)| weighed.row([name.to_owned(), number, more]));
+    let parts = [
+        format!("{}\n\n{}\n{}\n", case.title, headline(case, run), advice(&checks)),
+        warnings(&checks::warnings(case, &checks)),
+        format!("\n{weighed}"),
+        energy(run),
+        part("cost", &TextTable::pairs(output::costs(case, run, summary)).to_string()),
+        expectations(summary),
+        written.map_or_else(String::new, |(folder, names)| files(folder, names)),
+    ];
+    parts.concat()
+}
+
+/// Verdict in its colour, and what belongs to it.
+fn headline(case: &Case, run: &Run) -> String {
+    let verdict = output::verdict(case, run);
+    let paint = match (verdict.complete, run.outcome) {
+        (false, _) | (_, Outcome::Perforated) => terminal::bad,
+        (_, Outcome::Stopped | Outcome::Rebounded) => terminal::good,
+        _ => terminal::caution,
+    };
+    let word = terminal::heading(&paint(&verdict.word.to_uppercase()));
+    format!("{word}{} {}", terminal::heading(verdict.mark()), terminal::heading(&verdict.detail))
+}
+
+/// One line each, with its code.
+pub(crate) fn warnings(warnings: &[Warning]) -> String {
+    let Some(first) = warnings.first() else { return String::new() };
+    let rows = warnings.iter().map(|warning| (terminal::caution(warning.kind.code), warning.message.clone()));
+    format!("{}`ripstop explain {}` says what it means and what to do\n", TextTable::pairs(rows), first.kind.code)
+}
+
+/// What to do with the result, and why, a line for each reason.
+fn advice(checks: &[Check]) -> String {
+    let (level, why) = checks::advice(checks);
+    let why: Vec<String> = why.iter().map(|check| format!("{}: {}", check.name, check.reason)).collect();
+    let (word, why) = (level.advice(), why.join("\n      "));
+    match level {
+        Level::Fine => format!("{}: all {} checks are fine", terminal::good(word), checks.len()),
+        Level::Look => format!("{}: {why}", terminal::caution(word)),
+        Level::Bad => format!("{}: {why}", terminal::bad(word)),
+    }
+}
+
+/// Energy given to the fabric, and its shares at the end.
+fn energy(run: &Run) -> String {
+    let Some(energies) = Energies::of(run) else { return String::new() };
+    let mut table = TextTable::plain(&[Align::Left, Align::Right, Align::Right]);
+    for (name, energy) in &energies.sources {
+        let of = if name.ends_with("projectile") {
+            format!("of {}", energies.text(run.impact_energy))
+        } else {
+            String::new()
+        };
+        table.row([(*name).to_owned(), energies.text(*energy), of]);
+    }
+    // Small ones are left to the report.
+    let is_shown =
+        |(name, energy): &&(&str, f64)| energy.abs() >= LEAST_SHARE * energies.scale || *name == "unaccounted";
+    for (name, energy) in energies.shares.iter().filter(is_shown) {
+        table.row([format!("  {name}"), energies.text(*energy), energies.percent(*energy)]);
+    }
+    part("energy", &table.to_string())
+}
+
+fn expectations(summary: &Value) -> String {
+    let mut text = String::new();
+    for check in summary["expect"].as_array().into_iter().flatten() {
+        let pass = match judgement(check) {
+            Judgement::Known => terminal::caution("known"),
+            other => terminal::mark(other == Judgement::Holds),
+        };
+        text += &format!("{pass}  {} {}, got {}", quantity(check), expected(check), got(check));
+        text.extend(check["source"].as_str().map(|source| format!(" ({source})")));
+        text += format!(" {}", note(check)).trim_end();
+        text.push('\n');
+    }
+    part("expected", &text)
+}
+
+/// One line about an expectation that does not hold.
+fn broken(check: &Value) -> String {
+    let line = format!("{}: expected {}, got {} {}", quantity(check), expected(check), got(check), note(check));
+    line.trim_end().to_owned()
 }
 
 /// Observer of a run: progress bar, animation, frames, checkpoints.

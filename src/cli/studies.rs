@@ -22,9 +22,8 @@ use serde_json::Value;
 use super::arguments::{
     Backend, BackendChoice, BatchArguments, PrintArguments, above_zero, column, level, percent, read, velocities,
 };
-use super::result::{CommandFailure, files, notes};
 use super::run::{RunArguments, shoot};
-use super::terminal::{self, Align, TextTable, part, say};
+use super::terminal::{self, Align, CommandFailure, TextTable, files, notes, part, say};
 
 /// Half the width of the interval over V50 at which thresholds end, and realisations at most, where nothing is asked for.
 const WIDTH: f64 = 0.02;

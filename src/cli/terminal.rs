@@ -1,10 +1,12 @@
-//! The terminal: standard output and error, colour, tables, progress, Ctrl-C.
+//! The terminal: standard output and error, colour, tables, progress, Ctrl-C, exit codes.
 //!
 //! A reader that has gone away (`| head`) is no error. Colour and bar are for terminals; `NO_COLOR` and `CLICOLOR=0` turn colour off. Text
 //! for people is broken between words to the width of the terminal; elsewhere a line is a line.
 
-use std::fmt;
+use std::fmt::{self, Display};
 use std::io::{self, Write};
+use std::path::Path;
+use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -12,14 +14,17 @@ use std::time::{Duration, Instant};
 pub(crate) use console::Alignment as Align;
 use console::{Style, Term, measure_text_width, pad_str, style};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use ripstop::case::CaseError;
+use ripstop::gpu::DeviceError;
 use ripstop::output::number::short;
-use ripstop::run::Progress;
+use ripstop::run::{Progress, RunError};
 use ripstop::study::batch::StudyProgress;
 use serde_json::Value;
 
 use super::arguments::PrintArguments;
-use super::result::{CommandFailure, INTERRUPTED};
 
+/// Exit code of what the user stopped.
+const INTERRUPTED: u8 = 130;
 /// Ticks of the bar.
 const LENGTH: f64 = 1000.0;
 /// Columns of a page.
@@ -45,6 +50,79 @@ struct Seen {
     start: (Instant, f64),
     /// Time of the last line, where there is no terminal.
     last_line: Instant,
+}
+
+/// Reason why a command ends with another code than 0.
+#[derive(Clone, Debug)]
+pub(crate) struct CommandFailure {
+    code: u8,
+    message: String,
+}
+
+impl CommandFailure {
+    /// Exit code 1: a check failed or the run became unstable.
+    pub(crate) fn check(message: impl Into<String>) -> Self {
+        Self { code: 1, message: message.into() }
+    }
+
+    /// Exit code 2: bad input or usage, or results that cannot be written.
+    pub(crate) fn input(message: impl Into<String>) -> Self {
+        Self { code: 2, message: message.into() }
+    }
+
+    /// Exit code 2, with the place, what may stand there and what stands there.
+    pub(crate) fn expected(place: impl Display, expected: impl Display, found: impl Display) -> Self {
+        Self::input(format!("error: {place}\n  expected: {expected}\n  found: {found}"))
+    }
+
+    /// This failure, with advice.
+    pub(crate) fn help(mut self, help: impl Display) -> Self {
+        self.message += &format!("\n  help: {help}");
+        self
+    }
+
+    /// Exit code 3: no device for what was asked, or one that was lost on the way.
+    pub(crate) fn lost(message: impl Into<String>) -> Self {
+        Self { code: 3, message: message.into() }
+    }
+
+    /// Exit code 130.
+    pub(crate) fn interrupted(message: impl Into<String>) -> Self {
+        Self { code: INTERRUPTED, message: message.into() }
+    }
+
+    /// Both, with the code of the first.
+    pub(crate) fn and(self, other: Self) -> Self {
+        Self { message: format!("{}\n{}", self.message, other.message), ..self }
+    }
+
+    /// Prints the message and gives the exit code.
+    pub(crate) fn report(self) -> ExitCode {
+        complain(&self.message);
+        ExitCode::from(self.code)
+    }
+
+    /// Failure of a run that did not start.
+    pub(crate) fn start(file: &str, error: RunError) -> Self {
+        match error {
+            RunError::Model(error) | RunError::Checkpoint(error) => error.in_file(file).into(),
+            RunError::Device(error) => error.into(),
+            other => Self::input(format!("error: {other}")),
+        }
+    }
+}
+
+impl From<CaseError> for CommandFailure {
+    fn from(error: CaseError) -> Self {
+        Self::input(error.to_string())
+    }
+}
+
+impl From<DeviceError> for CommandFailure {
+    /// Exit code 3: no device, or one that cannot hold the case or was lost.
+    fn from(error: DeviceError) -> Self {
+        Self { code: 3, ..error.refusal().into() }
+    }
 }
 
 /// Writes text for people to standard output, its lines no longer than a terminal is wide.
@@ -130,6 +208,16 @@ pub(crate) fn indent(text: &str) -> String {
 /// A part of a text under its title; nothing where there is nothing to say.
 pub(crate) fn part(title: &str, text: &str) -> String {
     if text.is_empty() { String::new() } else { format!("\n{}\n{}", heading(title), indent(text)) }
+}
+
+/// Sentences to look at, each after a word.
+pub(crate) fn notes(sentences: &[String]) -> String {
+    sentences.iter().map(|text| format!("{}  {text}\n", caution("look"))).collect()
+}
+
+/// Folder and names of the files written.
+pub(crate) fn files(folder: &Path, names: &[&str]) -> String {
+    format!("\n{}  {}\n  {}\n", heading("files"), folder.display(), names.join(", "))
 }
 
 /// Title of a part.
