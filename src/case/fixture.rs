@@ -148,13 +148,11 @@ impl Case {
             let expected = "a flat start of plies in a window or turned by no multiple of 90°".to_owned();
             return refuse("/pack/initial_deflection", expected, "a deflection over their width and height");
         }
-        match pack.layup.first().is_some_and(|layer| layer.standoff > 0.0) {
-            true => {
-                let expected = "a gap behind a group of plies".to_owned();
-                refuse(&format!("{LAYUP}/0/standoff_mm"), expected, "the first group")
-            }
-            false => Ok(()),
+        if pack.layup.first().is_some_and(|layer| layer.standoff > 0.0) {
+            let expected = "a gap behind a group of plies".to_owned();
+            return refuse(&format!("{LAYUP}/0/standoff_mm"), expected, "the first group");
         }
+        Ok(())
     }
 }
 
