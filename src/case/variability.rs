@@ -12,8 +12,7 @@ use super::error::short_number_text;
 use super::keys::choices;
 use super::provenance::Provenance;
 use super::{Case, CaseError, Fabric, Projectile};
-use crate::num::normal;
-use crate::num::random::DrawKey;
+use crate::num::random::{DrawKey, normal};
 
 /// Variability from shot to shot.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]

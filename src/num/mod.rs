@@ -1,7 +1,5 @@
 //! Numbers: what the kernels are generic over, several at once, sums in fixed order; random numbers, distributions, solids.
 
-pub mod aligned;
-pub mod normal;
 pub mod random;
 pub mod scalar;
 pub mod simd;

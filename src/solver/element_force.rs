@@ -9,8 +9,8 @@
 
 use prefetch_index::prefetch_index;
 
-use crate::num::aligned::CACHE_LINE;
 use crate::num::scalar::{Mask, Real, each};
+use crate::num::simd::CACHE_LINE;
 use crate::physics::coupled_newton::Predictor;
 use crate::physics::crossover::{self, Equilibrium};
 use crate::physics::kinematics::{ElementConstants, ElementGeometry};

@@ -7,7 +7,7 @@
 
 use nalgebra::{Matrix2, Vector2};
 
-use crate::num::normal;
+use crate::num::random::normal;
 
 /// Steps of a fit at most. From these starts 5 to 20 are needed.
 const STEPS: usize = 500;

@@ -9,7 +9,7 @@ use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
 use serde::Serialize;
 
 use super::binary_response::{Estimate, LinearPredictor, Outcomes, Problem};
-use crate::num::normal;
+use crate::num::random::normal;
 use crate::output::number::short;
 
 /// Newton steps, and halvings of a bracket, at most.

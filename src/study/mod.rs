@@ -8,7 +8,7 @@
 //! - [`shots`] is `ripstop shots`, [`v50`] is `ripstop v50`, [`sweep`] runs either at many points, [`fit`] is `ripstop fit`,
 //!   [`bench`](mod@bench) is `ripstop bench`.
 //! - [`binary_response`] counts what became of shots and fits V50 and scatter, [`interval`] gives their confidence,
-//!   [`normal`](crate::num::normal) is how the chance of a perforation grows with velocity.
+//!   [`normal`](crate::num::random::normal) is how the chance of a perforation grows with velocity.
 //! - [`limit`] has the arithmetic V50 of the standards and the limit from residual velocities.
 //! - [`report`] holds a result in words, tables and figures, for the terminal and the page.
 //!

@@ -1,8 +1,7 @@
 //! Frequency at which intervals hold the truth, in 6000 synthetic ranges and in 10 000 synthetic campaigns of thresholds: the tables of the book.
 
 use rayon::prelude::*;
-use ripstop::num::normal;
-use ripstop::num::random::DrawKey;
+use ripstop::num::random::{DrawKey, normal};
 use ripstop::study::binary_response::{Group, Outcomes, fit};
 use ripstop::study::interval::interval;
 use ripstop::study::v50::{Rungs, bracket, middle};

@@ -1,7 +1,6 @@
 //! Maximum likelihood, Firth's penalty, intervals, arithmetic V50, residual velocities, refusals.
 
-use ripstop::num::normal;
-use ripstop::num::random::DrawKey;
+use ripstop::num::random::{DrawKey, normal};
 use ripstop::study::binary_response::{self as binary, Estimate, Group, Outcomes, fit};
 use ripstop::study::interval::{Bounds, interval};
 use ripstop::study::limit::{Passed, ResidualModel, arithmetic_v50, residual_fit};

@@ -1,8 +1,7 @@
 //! Random numbers and what varies with them: the generator is the published one, shots are functions of seed and number, have the distributions they name, and a nominal case has none of it.
 
 use ripstop::case::{self, Case};
-use ripstop::num::normal;
-use ripstop::num::random::{DrawKey, Weibull, philox, uniform};
+use ripstop::num::random::{DrawKey, Weibull, normal, philox, uniform};
 use ripstop::run::outcome::Outcome;
 use ripstop::study::batch::{ShotOrder, order_case};
 
