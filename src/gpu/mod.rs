@@ -13,14 +13,10 @@
 
 #[cfg(feature = "gpu")]
 pub mod buffers;
-#[cfg_attr(not(feature = "gpu"), path = "absent.rs")]
+#[cfg(feature = "gpu")]
 pub mod device;
 #[cfg(feature = "gpu")]
-pub mod floors;
-#[cfg(feature = "gpu")]
 pub mod layout;
-#[cfg(feature = "gpu")]
-mod pipeline;
 #[cfg(feature = "gpu")]
 pub mod shader;
 #[cfg(feature = "gpu")]
@@ -33,6 +29,55 @@ mod transfer;
 pub use device::{Adapter, Device, adapters};
 
 use crate::case::CaseError;
+
+/// Device of a build without the feature `gpu`: there is none, and opening one is an error.
+#[cfg(not(feature = "gpu"))]
+pub mod device {
+    use super::DeviceError;
+
+    /// A graphics processor: there is none.
+    #[derive(Clone, Copy, Debug)]
+    pub enum Adapter {}
+
+    impl Adapter {
+        /// Name.
+        pub fn name(&self) -> &str {
+            match *self {}
+        }
+    }
+
+    /// Every adapter: none.
+    pub fn adapters() -> Vec<Adapter> {
+        Vec::new()
+    }
+
+    /// An open device: there is none.
+    #[derive(Clone, Copy, Debug)]
+    pub enum Device {}
+
+    impl Device {
+        /// Opens an adapter: there is none to open.
+        ///
+        /// # Errors
+        /// Always.
+        pub fn find(_wanted: Option<&str>) -> Result<Self, DeviceError> {
+            Err(DeviceError::NotBuilt)
+        }
+
+        /// Opens an adapter.
+        ///
+        /// # Errors
+        /// Never: there is no adapter.
+        pub fn open(adapter: &Adapter) -> Result<Self, DeviceError> {
+            match *adapter {}
+        }
+
+        /// Name of the adapter.
+        pub fn name(&self) -> &str {
+            match *self {}
+        }
+    }
+}
 
 /// Reason why no device computes.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

@@ -1,27 +1,37 @@
-//! Steps on the device: buffers of shots that share a model, and the dispatches of a step.
+//! Steps on the device: buffers of shots that share a model, kernels compiled for it, and the dispatches of a step.
+//!
+//! All kernels bind the uniforms in group 0, each its buffers in group 1.
 
 use std::time::Duration;
 
+use bytemuck::Pod;
+
 use super::buffers::{BufferId, IN_FLIGHT, Sizes};
-use super::layout::{self, GROUP, LAW_STRIDE, SCENE_STRIDE, STEP_STRIDE, Shot, StepInfo};
-use super::pipeline::{Common, Pipeline, strided};
+use super::layout::{
+    self, GROUP, LAW_STRIDE, LINE_TEXELS, LINES_ACROSS, Line, PLIES, Ply, SCENE_STRIDE, SHOTS, STEP_STRIDE, Shot,
+    StepInfo,
+};
 pub use super::shader::Stage;
-use super::shader::{self, Extent, KERNELS, Kernel};
+use super::shader::{self, Access, Extent, KERNELS, Kernel};
 use super::submission::{DeviceClock, STAMP_BYTES, StageTimes};
 use super::{Device, DeviceError};
-use crate::model::Features;
-use crate::model::Model;
 use crate::model::mesh::Grid;
+use crate::model::{Features, Model};
 
 /// Steps in one submission at most.
 pub const BATCH: usize = 1024;
+/// Compiled kernels that a device keeps at most: scenes of eight that share most of them.
+const KEPT: usize = 256;
+const UNIFORM: wgpu::BufferUsages = wgpu::BufferUsages::UNIFORM;
 
 /// One dispatch of a step.
 struct Dispatch {
     stage: Stage,
     ply_type: usize,
     workgroups: [u32; 2],
-    program: Pipeline,
+    pipeline: wgpu::ComputePipeline,
+    /// Buffers that the kernel binds.
+    group: wgpu::BindGroup,
 }
 
 /// Advances the states of shots on a device, all by the same steps.
@@ -108,10 +118,20 @@ impl<'a> DeviceStepper<'a> {
                 Extent::Shot => ([1, 1], usize::MAX),
                 Extent::Balance => ([sizes.groups as u32, 1], usize::MAX),
             };
+            let storage = |(id, access): &(BufferId, Access)| {
+                let ty = wgpu::BindingType::Buffer {
+                    ty: wgpu::BufferBindingType::Storage { read_only: *access == Access::Read },
+                    has_dynamic_offset: false,
+                    min_binding_size: None,
+                };
+                (ty, buffers[*id as usize].as_entire_binding())
+            };
+            let bindings: Vec<_> = kernel.bindings.iter().map(storage).collect();
+            let (layout, group) = bind(device, kernel.name, &bindings);
             for (ply_type, ply_types) in model.ply_types.chunks(together).enumerate() {
                 let constants = shader::constants(&Features::new(model, ply_types), &sizes);
-                let program = Pipeline::new(device, kernel, source(kernel), &common.layout, &buffers, &constants);
-                step.push(Dispatch { stage: kernel.stage, ply_type, workgroups, program });
+                let pipeline = compile(device, kernel, source(kernel), [&common.layout, &layout], &constants);
+                step.push(Dispatch { stage: kernel.stage, ply_type, workgroups, pipeline, group: group.clone() });
             }
         }
         Self {
@@ -188,8 +208,8 @@ impl<'a> DeviceStepper<'a> {
             if bound.replace(offsets) != Some(offsets) {
                 pass.set_bind_group(0, &self.common.group, &offsets);
             }
-            pass.set_pipeline(&dispatch.program.pipeline);
-            pass.set_bind_group(1, &dispatch.program.group, &[]);
+            pass.set_pipeline(&dispatch.pipeline);
+            pass.set_bind_group(1, &dispatch.group, &[]);
             pass.dispatch_workgroups(x, y, self.running.len() as u32);
         }
     }
@@ -198,6 +218,149 @@ impl<'a> DeviceStepper<'a> {
     pub fn whole_step(&self, index: u64, slot: Option<u32>, since: u32) -> StepInfo {
         StepInfo { index, slot, since, dt: self.dt }
     }
+}
+
+/// Group 0: constants of a ply type, step, plies, grid lines, energy of a law, and shots.
+struct Common {
+    layout: wgpu::BindGroupLayout,
+    group: wgpu::BindGroup,
+    /// Steps of a batch.
+    steps: wgpu::Buffer,
+    /// Constants of the shots that run.
+    shots: wgpu::Buffer,
+}
+
+impl Common {
+    /// Writes all but steps and shots. Constants of a ply type, step and law are bound at dynamic offsets.
+    fn new(device: &Device, model: &Model<f32>, sizes: &Sizes) -> Self {
+        let uniform = |label: &str, size: u64, bytes: &[u8]| {
+            let buffer = device.buffer(label, size, UNIFORM);
+            device.queue.write_buffer(&buffer, 0, bytes);
+            buffer
+        };
+        let ply_types = model.ply_types.len() as u64;
+        let scenes = (0..model.ply_types.len()).map(|ply_type| layout::scene(model, ply_type, sizes));
+        let laws: Vec<f32> = model.ply_types.iter().flat_map(layout::law_energy).collect();
+        let scene = uniform("scene", SCENE_STRIDE * ply_types, &strided(SCENE_STRIDE, scenes));
+        let law = uniform("law", LAW_STRIDE * ply_types, bytemuck::cast_slice(&laws));
+        let plies = uniform("plies", (PLIES * size_of::<Ply>()) as u64, bytemuck::cast_slice(&layout::plies(model)));
+        let lines = grid_lines(device, &layout::lines(model));
+        let steps = device.buffer("steps", STEP_STRIDE * BATCH as u64, UNIFORM);
+        let shots_bytes = SHOTS * size_of::<Shot>() as u64;
+        let shots = device.buffer("shots", shots_bytes, UNIFORM);
+        let step_bytes = size_of::<layout::Step>() as u64;
+        let of = |has_dynamic_offset: bool, size: u64| wgpu::BindingType::Buffer {
+            ty: wgpu::BufferBindingType::Uniform,
+            has_dynamic_offset,
+            min_binding_size: wgpu::BufferSize::new(size),
+        };
+        let texture = wgpu::BindingType::Texture {
+            sample_type: wgpu::TextureSampleType::Float { filterable: false },
+            view_dimension: wgpu::TextureViewDimension::D2,
+            multisampled: false,
+        };
+        let bindings = [
+            (of(true, SCENE_STRIDE), part(&scene, SCENE_STRIDE)),
+            (of(true, step_bytes), part(&steps, step_bytes)),
+            (of(false, 0), plies.as_entire_binding()),
+            (texture, wgpu::BindingResource::TextureView(&lines)),
+            (of(true, LAW_STRIDE), part(&law, LAW_STRIDE)),
+            (of(false, shots_bytes), shots.as_entire_binding()),
+        ];
+        let (layout, group) = bind(device, "scene and step", &bindings);
+        Self { layout, group, steps, shots }
+    }
+}
+
+/// Group of resources bound in order, and its layout.
+fn bind(
+    device: &Device,
+    label: &str,
+    bindings: &[(wgpu::BindingType, wgpu::BindingResource<'_>)],
+) -> (wgpu::BindGroupLayout, wgpu::BindGroup) {
+    let (gpu, label, visibility) = (&device.inner, Some(label), wgpu::ShaderStages::COMPUTE);
+    let numbered = bindings.iter().zip(0..);
+    let entries: Vec<_> = numbered
+        .clone()
+        .map(|((ty, _), binding)| wgpu::BindGroupLayoutEntry { binding, visibility, ty: *ty, count: None })
+        .collect();
+    let layout = gpu.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label, entries: &entries });
+    let entries: Vec<_> =
+        numbered.map(|((_, resource), binding)| wgpu::BindGroupEntry { binding, resource: resource.clone() }).collect();
+    let group = gpu.create_bind_group(&wgpu::BindGroupDescriptor { label, layout: &layout, entries: &entries });
+    (layout, group)
+}
+
+/// First bytes of a buffer, to be moved by a dynamic offset.
+fn part(buffer: &wgpu::Buffer, size: u64) -> wgpu::BindingResource<'_> {
+    wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer, offset: 0, size: wgpu::BufferSize::new(size) })
+}
+
+/// Texture of the grid lines: kernels already bind the eight storage buffers that every device has.
+fn grid_lines(device: &Device, lines: &[Line]) -> wgpu::TextureView {
+    let across = lines.len().min(LINES_ACROSS);
+    let (width, height) = ((LINE_TEXELS * across) as u32, (lines.len() / across) as u32);
+    let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
+    let texture = device.inner.create_texture(&wgpu::TextureDescriptor {
+        label: Some("grid lines"),
+        size,
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba32Float,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    });
+    let bytes_per_row = Some((size_of::<Line>() * across) as u32);
+    let rows = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row, rows_per_image: None };
+    device.queue.write_texture(texture.as_image_copy(), bytemuck::cast_slice(lines), rows, size);
+    texture.create_view(&wgpu::TextureViewDescriptor::default())
+}
+
+/// Compiles a kernel with values of its overridable constants, or takes what the device has compiled before. `layouts`: of its groups.
+fn compile(
+    device: &Device,
+    kernel: &Kernel,
+    source: String,
+    layouts: [&wgpu::BindGroupLayout; 2],
+    constants: &[(&str, f64)],
+) -> wgpu::ComputePipeline {
+    let (gpu, label) = (&device.inner, Some(kernel.name));
+    let used: Vec<(&str, f64)> =
+        constants.iter().filter(|(name, _)| kernel.constants.contains(name)).copied().collect();
+    let compile = |source: &str| {
+        let source = wgpu::ShaderSource::Wgsl(source.into());
+        let module = gpu.create_shader_module(wgpu::ShaderModuleDescriptor { label, source });
+        let pipeline_layout = gpu.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label,
+            bind_group_layouts: &layouts.map(Some),
+            immediate_size: 0,
+        });
+        gpu.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label,
+            layout: Some(&pipeline_layout),
+            module: &module,
+            entry_point: Some(kernel.name),
+            compilation_options: wgpu::PipelineCompilationOptions { constants: &used, ..Default::default() },
+            cache: None,
+        })
+    };
+    let values = used.iter().map(|(_, value)| value.to_bits()).collect();
+    let mut compiled = device.compiled();
+    if compiled.len() >= KEPT {
+        compiled.clear();
+    }
+    compiled.entry((source, values)).or_insert_with_key(|(source, _)| compile(source)).clone()
+}
+
+/// Bytes of values that begin at multiples of a stride.
+fn strided<T: Pod>(stride: u64, values: impl Iterator<Item = T>) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    for (count, value) in (1..).zip(values) {
+        bytes.extend_from_slice(bytemuck::bytes_of(&value));
+        bytes.resize(count * stride as usize, 0);
+    }
+    bytes
 }
 
 /// Workgroups as a two-dimensional dispatch within `most` per dimension.

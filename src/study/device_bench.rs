@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use super::bench::{Progressed, ReadCase};
 use crate::case::CaseError;
 use crate::gpu::buffers::Sizes;
-use crate::gpu::floors::Floors;
+use crate::gpu::device::Floors;
 use crate::gpu::stepper::DeviceStepper;
 use crate::gpu::{Device, DeviceError};
 use crate::model::Model;

@@ -7,10 +7,10 @@ use super::{Field, shared};
 use crate::case::{Edge, Edges};
 use crate::gpu::buffers::Sizes;
 use crate::model::Model;
-use crate::model::law_energy;
 use crate::model::layup::{shoulder, unbroken_cells};
 use crate::model::mesh::Mesh;
 use crate::model::ply_type::PlyType;
+use crate::model::unit_cell;
 use crate::physics::kinematics::ElementConstants;
 use crate::physics::ply_contact;
 use crate::physics::projectile_shape::CORNERS;
@@ -237,7 +237,7 @@ pub fn law_energy(ply_type: &PlyType<f32>) -> Vec<f32> {
         let head = table.low.iter().chain(&table.per_stretch);
         numbers.iter_mut().zip(head.chain(&table.values)).for_each(|(number, value)| *number = *value as f32);
     }
-    let ramps = numbers[4 + law_energy::COUNT * law_energy::COUNT..].as_chunks_mut::<4>().0;
+    let ramps = numbers[4 + unit_cell::PLACES * unit_cell::PLACES..].as_chunks_mut::<4>().0;
     for (index, ramp) in ramps.iter_mut().enumerate().take(RAMPS) {
         // A linear yarn beside one that is not has one ramp.
         let of = |curve: &Curve| {
