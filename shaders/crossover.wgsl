@@ -1,6 +1,6 @@
 // crossover: equilibrium of warp and weft where they cross, (11)–(24): a bracketed Newton iteration where the fast one fails. Energy that the
 // published unit-cell law does not conserve by itself.
-// Twin: src/physics/crossover.rs, src/model/law_energy.rs
+// Twin: src/physics/crossover.rs, src/model/unit_cell.rs
 
 const MAX_ITERATIONS: u32 = 80u;
 const REFINEMENTS: u32 = 8u;

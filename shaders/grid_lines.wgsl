@@ -1,5 +1,5 @@
 // grid_lines: the lines of nodes of graded meshes, or of elements narrower than a yarn, ply type by ply type: those along X, then those along Y.
-// Twin: src/model/grid_lines.rs, src/model/fixture.rs
+// Twin: src/model/grid_lines.rs, src/model/ply_type.rs
 
 /// Lines in a row of the table.
 const LINES_ACROSS: u32 = 1024u;

@@ -1,6 +1,6 @@
 // yarn_law: tension over strain of a yarn, linear or not; the length of a sinusoidal yarn over its span, (13) in closed form, by the
 // Gauss–Kummer series; tension and contact force at a stretch and a height, (13)–(19), for every law. Yarns by `which`: 0 warp, 1 weft.
-// Twin: src/physics/yarn_law.rs, src/physics/arc_length.rs
+// Twin: src/physics/yarn_law.rs
 
 const SHORTEST: f32 = 1e-9;
 const PI: f32 = 3.14159265358979;

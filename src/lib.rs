@@ -93,7 +93,7 @@ pub mod run;
 
 /// The unit cell alone: tensions of warp and weft over their stretches.
 pub mod unit_cell {
-    pub use crate::model::unit_cell_curve::{CurvePoint, solve};
+    pub use crate::model::unit_cell::{CurvePoint, solve};
 }
 
 pub use case::{BuiltInFabric, Case, CaseBuilder, CaseError, Edge};

@@ -10,7 +10,7 @@
 mod domain;
 
 use ripstop::case::Compression;
-use ripstop::model::unit_cell_curve::CurveLaw;
+use ripstop::model::unit_cell::CurveLaw;
 use ripstop::num::scalar::Scalar;
 use ripstop::physics::crossover;
 use serde_json::Value;

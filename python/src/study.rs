@@ -6,7 +6,7 @@ use clap::ValueEnum;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use ripstop::case::with_velocity;
-use ripstop::model::unit_cell_curve::{self, CurveLaw};
+use ripstop::model::unit_cell::{self, CurveLaw};
 use ripstop::output::Folder;
 use ripstop::study::batch::{BatchError, BatchOptions, StudyProgress};
 use ripstop::study::range_data::{self, ColumnKind, VelocityUnit};
@@ -136,7 +136,7 @@ pub(crate) fn crossover<'py>(
         let (expected, found) = (format!("at most {MAX_POINTS} points"), format!("{} × {}", warp.len(), weft.len()));
         return Err(wrong("warp_stretch, weft_stretch", &expected, &found, "take fewer stretches"));
     }
-    let points = py.detach(|| unit_cell_curve::solve_with(fabric, law, &warp, &weft));
+    let points = py.detach(|| unit_cell::solve_with(fabric, law, &warp, &weft));
     let names = points.first().map(|point| point.numbers().map(|(name, _)| name).to_vec()).unwrap_or_default();
     let column = |at: usize| points.iter().map(move |point| point.numbers()[at].1);
     let numbers: Vec<f64> = (0..names.len()).flat_map(column).collect();

@@ -9,7 +9,7 @@ use clap_complete::Shell;
 use ripstop::case::{self, Case, Edge, Edges, Fabric};
 use ripstop::gpu;
 use ripstop::model::Model;
-use ripstop::model::unit_cell_curve::{self, CurveLaw, CurvePoint};
+use ripstop::model::unit_cell::{self, CurveLaw, CurvePoint};
 use ripstop::num::simd::Vectors;
 use ripstop::output::checks::case_warnings;
 use ripstop::output::number::{bytes, grouped, short, us};
@@ -308,7 +308,7 @@ pub(crate) fn crossover(arguments: &CrossoverArguments) -> Result<(), CommandFai
         let [expected, found] = [format!("at most {MAX_POINTS} points"), format!("{} × {}", warp.len(), weft.len())];
         return Err(CommandFailure::expected("--warp-stretch, --weft-stretch", expected, found));
     }
-    let points = unit_cell_curve::solve_with(&fabric, law, warp, weft);
+    let points = unit_cell::solve_with(&fabric, law, warp, weft);
     terminal::print_raw(&match (arguments.json, arguments.csv) {
         (true, _) => json_text(law, &points),
         (_, true) => csv_text(&points),

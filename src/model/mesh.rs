@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::case::{Frame, Layer};
+use crate::case::{Frame, Layer, Opening};
 use crate::model::grid_lines::Lines;
 use crate::physics::rigid_body::{Cut, MirrorPlanes};
 
@@ -196,6 +196,16 @@ impl Mesh {
     /// Lengths of the mesh along X and Y, counted in finest elements.
     pub fn extent(&self) -> [f64; 2] {
         [self.lines[0].at(self.columns), self.lines[1].at(self.rows)]
+    }
+
+    /// Whether an element is there: its middle lies in the opening of the frame.
+    pub fn is_present(&self, row: usize, column: usize) -> bool {
+        if self.frame.opening == Opening::Mesh {
+            return true;
+        }
+        let [first, _, last, _] = corners([row, column]).map(|(row, column)| self.reference(row, column));
+        let [x, y, _] = self.to_pack([0.5 * (first[0] + last[0]), 0.5 * (first[1] + last[1]), 0.0]);
+        self.frame.contains([x, y])
     }
 
     /// Elements of the finest size that cover as much.

@@ -3,20 +3,18 @@
 //! The model knows no backend. State arrays are laid out (shot, ply, row, column).
 
 pub mod failure_criterion;
-mod fixture;
 pub mod grid_lines;
-pub mod law_energy;
 pub mod layup;
 pub mod mesh;
 pub mod ply_type;
 pub mod time_step;
-pub mod unit_cell_curve;
+pub mod unit_cell;
 
 use crate::case::{Backing, Case, CaseError, ContactSampling, Law, Symmetry};
 use crate::num::scalar::Scalar;
-use crate::physics::arc_length::MAX_TERMS;
 use crate::physics::projectile_body::Body;
 use crate::physics::rigid_body::{MirrorPlanes, RigidBody};
+use crate::physics::yarn_law::MAX_TERMS;
 use failure_criterion::Strength;
 use mesh::Grid;
 use ply_type::PlyType;

@@ -4,15 +4,15 @@ use std::sync::Arc;
 
 use crate::case::{Case, CaseError, Edge, Edges, Fabric, Layer, Opening, Solver, StretchSampling};
 use crate::model::failure_criterion::{StencilRadius, Windows, breadth};
-use crate::model::law_energy::LawEnergy;
 use crate::model::mesh::{Grid, Mesh};
 use crate::model::time_step::{FEW, InitialStretch, LET_GO, STEP_OF_FEW, StepBound, let_go, stretch_of_pretension};
-use crate::model::{law_energy, layup};
+use crate::model::unit_cell::LawEnergy;
+use crate::model::{layup, unit_cell};
 use crate::num::scalar::Scalar;
 use crate::physics::crossover::compression_energy;
 use crate::physics::kinematics::{ElementConstants, RateConstants};
 use crate::physics::membrane::ShearConstants;
-use crate::physics::rigid_body::MirrorPlanes;
+use crate::physics::rigid_body::{Cut, MirrorPlanes};
 use crate::physics::unit_cell_parameters::UnitCellParameters;
 use crate::physics::yarn_law::Sinusoidal;
 
@@ -103,7 +103,7 @@ impl<S: Scalar> PlyType<S> {
                 .into_iter()
                 .map(|row| row_masses(&mesh, fabric.areal_density, [&edges, &layer.edges], row))
                 .collect(),
-            law_energy: law_energy::table_of(&cell),
+            law_energy: unit_cell::table_of(&cell),
             columns: Columns::new(&mesh),
             viscous,
             windows: failure_reach.windows(&mesh),
@@ -251,15 +251,15 @@ fn row_masses<S: Scalar>(mesh: &Mesh, areal_density: f64, [edges, opening]: [&Ed
     for column in 0..=mesh.columns {
         let along = mesh.lines[0].share(column);
         let finest = areal_density * mesh.length[0] * mesh.length[1];
-        let fixture = (!mesh.frame.is_plain()).then(|| mesh.fixture(opening, row, column));
-        let mass = fixture.map_or(finest * along * across, |node| finest * node.share);
+        let fixture = (!mesh.frame.is_plain()).then(|| fixture(mesh, opening, row, column));
+        let mass = fixture.map_or(finest * along * across, |(share, _)| finest * share);
         let column_edge = match column {
             0 => Some(edges.left),
             c if c == mesh.columns => Some(edges.right),
             _ => None,
         };
         let clamped = row_edge == Some(Edge::Clamped) || column_edge == Some(Edge::Clamped);
-        let clamped = clamped || fixture.is_some_and(|node| node.held);
+        let clamped = clamped || fixture.is_some_and(|(_, held)| held);
         let held = [clamped || column_edge == Some(Edge::Roller), clamped || row_edge == Some(Edge::Roller), clamped];
         for a in 0..3 {
             out.inverse[a][column] = S::splat(if held[a] { 0.0 } else { 1.0 / mass });
@@ -267,6 +267,28 @@ fn row_masses<S: Scalar>(mesh: &Mesh, areal_density: f64, [edges, opening]: [&Ed
         out.mass[column] = S::splat(mass);
     }
     out
+}
+
+/// A node in a frame that is not plain: quarters of the elements around it that are there, over the finest element [-], and whether all its
+/// displacements are held, as those of a node without elements are. `edges`: of the opening, and of the mesh where that is the opening.
+fn fixture(mesh: &Mesh, edges: &Edges, row: usize, column: usize) -> (f64, bool) {
+    let [x, y] = mesh.reference(row, column);
+    let [x, y, _] = mesh.to_pack([x, y, 0.0]);
+    let sides = [
+        (column == 0 && mesh.cut[0] != Cut::First, edges.left),
+        (column == mesh.columns && mesh.cut[0] != Cut::Last, edges.right),
+        (row == 0 && mesh.cut[1] != Cut::First, edges.bottom),
+        (row == mesh.rows && mesh.cut[1] != Cut::Last, edges.top),
+    ];
+    let present = |&[row, column]: &[usize; 2]| mesh.is_present(row, column);
+    let share: f64 =
+        mesh.around(row, column).filter(present).map(|[r, c]| 0.25 * mesh.widths(r, c).iter().product::<f64>()).sum();
+    let is_edge = sides.iter().any(|(at, _)| *at) || !mesh.around(row, column).all(|element| present(&element));
+    let clamped = match mesh.frame.opening {
+        Opening::Mesh => sides.contains(&(true, Edge::Clamped)),
+        _ => is_edge && mesh.frame.clamps(edges, [x, y]),
+    };
+    (share, share == 0.0 || clamped || mesh.frame.clamps_corner([x, y]))
 }
 
 /// Shapes (node stride,), beyond the last element as of the finest; all but the places are empty for an even mesh.

@@ -1,4 +1,6 @@
-//! Energy that the published unit-cell law does not conserve by itself.
+//! The unit cell alone over a grid of stretches: its curves, and the energy that the published law does not conserve by itself.
+//!
+//! Curves are those of the paper's Figure 4, with a law that no run uses beside the two that one may.
 //!
 //! The contact force (18) is not the slope of an energy: what its in-plane forces take up on the way to a pair of stretches, W, is not
 //! what yarns and crossover hold there, U. The share (U − W)/U is tabulated over both stretches, W along the straight way from rest.
@@ -10,14 +12,14 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use rayon::prelude::*;
 
-use crate::case::Law;
+use crate::case::{Fabric, Law};
 use crate::num::scalar::{Real, Scalar};
-use crate::physics::crossover::{cell_energy, solve};
+use crate::physics::crossover::{self, Equilibrium, cell_energy};
 use crate::physics::unit_cell_parameters::UnitCellParameters;
-use crate::physics::yarn_law::Sinusoidal;
+use crate::physics::yarn_law::{LawKernel, SHORTEST, Sinusoidal, StretchResponse, YarnConstants, YarnResponse};
 
-/// Places along each axis of the table.
-pub const COUNT: usize = 40;
+/// Places along each axis of a table of the law's energy.
+pub const PLACES: usize = 40;
 /// Points of the midpoint rule along the taut part of the way to a place.
 const POINTS: usize = 16;
 /// Halvings that find where the way grows taut.
@@ -34,7 +36,7 @@ pub struct LawEnergy {
     pub low: [f64; 2],
     /// Places per stretch [-].
     pub per_stretch: [f64; 2],
-    /// Share [-], 0 where both yarns are slack, shape (COUNT warp, COUNT weft).
+    /// Share [-], 0 where both yarns are slack, shape (PLACES warp, PLACES weft).
     pub values: Vec<f64>,
 }
 
@@ -50,22 +52,22 @@ impl LawEnergy {
             let limit = if yarn.failure_strain < 1.0 { yarn.failure_strain } else { NO_FAILURE };
             [(yarn.crimp - 0.25 * slope * slope).max(-0.5), (1.0 + yarn.crimp) * (1.0 + limit) - 1.0]
         });
-        let steps = (COUNT - 1) as f64;
+        let steps = (PLACES - 1) as f64;
         let low = range.map(|[low, _]| low);
         let per_stretch = range.map(|[low, high]| steps / (high - low));
         let at = |axis: usize, index: usize| low[axis] + index as f64 / per_stretch[axis];
-        let value = |index: usize| law_share(cell, [at(0, index / COUNT), at(1, index % COUNT)]);
-        Some(Self { low, per_stretch, values: (0..COUNT * COUNT).into_par_iter().map(value).collect() })
+        let value = |index: usize| law_share(cell, [at(0, index / PLACES), at(1, index % PLACES)]);
+        Some(Self { low, per_stretch, values: (0..PLACES * PLACES).into_par_iter().map(value).collect() })
     }
 
     /// The share at the stretches Λ − 1 of warp and weft [-], bilinear between the places.
     pub fn at(&self, stretch: [f64; 2]) -> f64 {
         let [(i, x), (j, y)] = [0, 1].map(|axis: usize| {
-            let place = ((stretch[axis] - self.low[axis]) * self.per_stretch[axis]).clamp(0.0, (COUNT - 1) as f64);
-            let index = (place as usize).min(COUNT - 2);
+            let place = ((stretch[axis] - self.low[axis]) * self.per_stretch[axis]).clamp(0.0, (PLACES - 1) as f64);
+            let index = (place as usize).min(PLACES - 2);
             (index, place - index as f64)
         });
-        let value = |i: usize, j: usize| self.values[i * COUNT + j];
+        let value = |i: usize, j: usize| self.values[i * PLACES + j];
         let low = value(i, j) + y * (value(i, j + 1) - value(i, j));
         let high = value(i + 1, j) + y * (value(i + 1, j + 1) - value(i + 1, j));
         low + x * (high - low)
@@ -86,7 +88,8 @@ impl LawEnergy {
 /// (U − W)/U on the straight way from rest.
 fn law_share(cell: &UnitCellParameters<f64>, stretch: [f64; 2]) -> f64 {
     let rest = cell.yarn.map(|yarn| yarn.height);
-    let at = |part: f64, warm: [f64; 2]| solve::<f64, Sinusoidal>(cell, stretch.map(|s| part * s), warm, true);
+    let at =
+        |part: f64, warm: [f64; 2]| crossover::solve::<f64, Sinusoidal>(cell, stretch.map(|s| part * s), warm, true);
     let end = at(1.0, rest);
     let stored = cell_energy(cell, &end.tension, &end.strain, end.force);
     if stored <= 0.0 {
@@ -132,6 +135,135 @@ pub(super) fn table_of(cell: &UnitCellParameters<f64>) -> Option<Arc<LawEnergy>>
     entries.truncate(KEPT - 1);
     entries.push_front((*cell, table.clone()));
     Some(table)
+}
+
+/// Unit-cell law of a curve.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+pub enum CurveLaw {
+    /// The paper's, with the tension T in the plane.
+    Published,
+    /// Sinusoidal yarns, forces conjugate to the arc length.
+    Variational,
+    /// Saw-tooth cell of Kawabata (1973).
+    Kawabata,
+}
+
+impl From<Law> for CurveLaw {
+    fn from(law: Law) -> Self {
+        match law {
+            Law::Published => Self::Published,
+            Law::Variational => Self::Variational,
+        }
+    }
+}
+
+/// One solved cell.
+#[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
+pub struct CurvePoint {
+    /// Λ of warp and weft [-].
+    pub stretch: [f64; 2],
+    /// Tensions, heights, strains.
+    #[doc(hidden)]
+    pub cell: Equilibrium<f64>,
+}
+
+impl CurvePoint {
+    /// The numbers of a point, in the order of `ripstop crossover`.
+    pub fn numbers(&self) -> [(&'static str, f64); 11] {
+        let cell = &self.cell;
+        [
+            ("warp_stretch", self.stretch[0]),
+            ("weft_stretch", self.stretch[1]),
+            ("warp_tension_n", cell.tension[0]),
+            ("weft_tension_n", cell.tension[1]),
+            ("contact_force_n", cell.force),
+            ("warp_height_mm", cell.height[0] * 1e3),
+            ("weft_height_mm", cell.height[1] * 1e3),
+            ("warp_strain", cell.strain[0]),
+            ("weft_strain", cell.strain[1]),
+            ("iterations", cell.iterations),
+            ("residual", cell.residual),
+        ]
+    }
+}
+
+/// Every pair of these stretches with the fabric's own law, each solved from the heights at rest, so that none depends on another.
+pub fn solve(fabric: &Fabric, warp: &[f64], weft: &[f64]) -> Vec<CurvePoint> {
+    solve_with(fabric, fabric.crossover.law.into(), warp, weft)
+}
+
+/// Every pair of these stretches with a law of choice.
+pub fn solve_with(fabric: &Fabric, law: CurveLaw, warp: &[f64], weft: &[f64]) -> Vec<CurvePoint> {
+    let curve = if law == CurveLaw::Kawabata { curve::<Kawabata> } else { curve::<Sinusoidal> };
+    curve(&parameters(fabric, law), fabric.warp.present && fabric.weft.present, warp, weft)
+}
+
+fn curve<L: LawKernel>(exact: &UnitCellParameters<f64>, both: bool, warp: &[f64], weft: &[f64]) -> Vec<CurvePoint> {
+    let cell = UnitCellParameters::<f64>::cast::<L>(exact);
+    let rest = cell.yarn.map(|yarn| yarn.height);
+    let at = |stretch: [f64; 2]| {
+        let excess = stretch.map(|stretch| stretch - 1.0);
+        CurvePoint { stretch, cell: crossover::solve::<f64, L>(&cell, excess, rest, both) }
+    };
+    warp.iter().flat_map(|&warp| weft.iter().map(move |&weft| [warp, weft])).map(at).collect()
+}
+
+/// Constants of a fabric's cell under a law.
+pub fn parameters(fabric: &Fabric, law: CurveLaw) -> UnitCellParameters<f64> {
+    let law = match law {
+        CurveLaw::Kawabata => {
+            return UnitCellParameters::with_rest_height(fabric, |crimp| (crimp * (2.0 + crimp)).sqrt());
+        }
+        CurveLaw::Published => Law::Published,
+        CurveLaw::Variational => Law::Variational,
+    };
+    let cell = UnitCellParameters::new(fabric);
+    UnitCellParameters { yarn: cell.yarn.map(|yarn| YarnConstants { law, ..yarn }), ..cell }
+}
+
+/// Kawabata's saw-tooth cell.
+#[derive(Clone, Copy, Debug)]
+pub struct Kawabata;
+
+/// Leg length l/w0 − 1 and l/w0 of the saw-tooth.
+fn leg<R: Real>(yarn: &YarnConstants<R>, span: &StretchResponse<R>, h: R) -> (R, R) {
+    let one = h.one();
+    let stretch = span.stretch;
+    let eta = h / yarn.half_span;
+    let square_minus_1 = stretch * (h.splat_like(2.0) + stretch) + eta.squared();
+    let leg = h.zero().max(one + square_minus_1).sqrt().max(h.splat_like(SHORTEST));
+    (square_minus_1 / (leg + one), leg)
+}
+
+impl LawKernel for Kawabata {
+    fn respond<R: Real>(yarn: &YarnConstants<R>, span: &StretchResponse<R>, h: R) -> YarnResponse<R> {
+        let (n, one) = (h, h.one());
+        let (excess, leg) = leg(yarn, span, h);
+        let per_length = yarn.per_rest;
+        let strain = (excess - yarn.crimp) * per_length;
+        let taut = n.zero().lt(strain);
+        let tension = yarn.tension(strain);
+        let eta = h / yarn.half_span;
+        let per_leg = one / leg;
+        let sine = eta * per_leg;
+        let two = n.splat_like(2.0);
+        let dstrain = per_length * sine / yarn.half_span;
+        let cosine = (one + span.stretch) * per_leg;
+        let turning = tension * cosine.squared() * per_leg / yarn.half_span;
+        let stiffness = two * (yarn.modulus(strain) * dstrain * sine + turning);
+        YarnResponse {
+            strain,
+            force: R::select(taut, two * tension * sine, yarn.slack_slope * strain),
+            stiffness: R::select(taut, stiffness, yarn.slack_slope * dstrain),
+            growth: dstrain,
+        }
+    }
+
+    fn in_plane_factor<R: Real>(yarn: &YarnConstants<R>, span: &StretchResponse<R>, h: R) -> R {
+        (h.one() + span.stretch) / leg(yarn, span, h).1
+    }
 }
 
 #[cfg(test)]

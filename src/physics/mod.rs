@@ -3,7 +3,6 @@
 //! Generic over [`Real`](crate::num::scalar::Real), of numbers and constants alone: no files, threads or devices. A file has the name of its
 //! twin in `shaders/`.
 
-pub mod arc_length;
 pub mod coupled_newton;
 pub mod crossover;
 pub mod kinematics;

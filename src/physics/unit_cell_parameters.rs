@@ -2,8 +2,8 @@
 
 use crate::case::Fabric;
 use crate::num::scalar::{Real, Scalar, each, is_double};
-use crate::physics::arc_length::{MAX_TERMS, arc_length, terms_for};
 use crate::physics::yarn_law::{Curve, LawKernel, YarnConstants};
+use crate::physics::yarn_law::{MAX_TERMS, arc_length, terms_for};
 
 /// Stands for the failure strain of a yarn that does not break.
 pub(crate) const NEVER: f64 = 1e30;

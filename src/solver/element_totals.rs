@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::model::law_energy::LawEnergy;
+use crate::model::unit_cell::LawEnergy;
 use crate::num::scalar::{Mask, OrderedSum, Real, Scalar, each};
 use crate::physics::crossover;
 use crate::physics::kinematics::{ElementConstants, dot};

@@ -7,10 +7,9 @@ use naga::Module;
 use naga::compact::{KeepUnused, compact};
 use ripstop::gpu::buffers::Sizes;
 use ripstop::gpu::{layout, shader};
-use ripstop::model::law_energy;
-use ripstop::model::{Model, layup};
+use ripstop::model::{Model, layup, unit_cell};
 use ripstop::physics::{
-    arc_length, coupled_newton, crossover, kinematics, membrane, ply_contact, projectile_shape, viscous_force, yarn_law,
+    coupled_newton, crossover, kinematics, membrane, ply_contact, projectile_shape, viscous_force, yarn_law,
 };
 use ripstop::solver::contact::{edge_contact, projectile_contact};
 use ripstop::solver::element_force;
@@ -91,8 +90,7 @@ fn expected() -> BTreeMap<&'static str, Vec<f64>> {
         element_force: BROKEN;
         membrane: FOLDED_STRETCH, STEEPEST, ARC_SINE_SINGLE;
         kinematics: TINY;
-        yarn_law: SHORTEST, RAMPS;
-        arc_length: SERIES;
+        yarn_law: SHORTEST, RAMPS, SERIES;
         viscous_force: RATE_ITERATIONS;
     };
     let others = [
@@ -108,7 +106,7 @@ fn expected() -> BTreeMap<&'static str, Vec<f64>> {
         ("SHARES", 0_usize.numbers()), // as `frame` of src/gpu/layout/uniforms.rs writes them
         ("PRESENCE", 1_usize.numbers()),
         ("NO_PLY", layout::NONE.numbers()),
-        ("LAW_COUNT", law_energy::COUNT.numbers()),
+        ("LAW_COUNT", unit_cell::PLACES.numbers()),
         ("EPSILON", f64::from(f32::EPSILON).numbers()),
         ("PI", std::f64::consts::PI.numbers()),
         ("HALF_PI", std::f64::consts::FRAC_PI_2.numbers()),
@@ -174,6 +172,6 @@ fn overridable_constants_are_those_the_host_sets() {
     for (_, module) in modules() {
         let terms = module.overrides.iter().find(|(_, o)| o.name.as_deref() == Some("TERMS"));
         let init = terms.and_then(|(_, o)| o.init).unwrap();
-        assert_eq!(numbers(&module, init), [arc_length::MAX_TERMS as f64]);
+        assert_eq!(numbers(&module, init), [yarn_law::MAX_TERMS as f64]);
     }
 }

@@ -6,7 +6,7 @@ pub(crate) mod oracle;
 pub(crate) mod patch;
 
 use ripstop::case::{Compression, Crossover, Fabric, Law, MembraneForce, Yarn};
-use ripstop::model::unit_cell_curve::{CurveLaw, parameters};
+use ripstop::model::unit_cell::{CurveLaw, parameters};
 use ripstop::num::scalar::Scalar;
 use ripstop::physics::crossover;
 use ripstop::physics::unit_cell_parameters::UnitCellParameters;
@@ -15,7 +15,7 @@ use ripstop::physics::unit_cell_parameters::UnitCellParameters;
 macro_rules! with_curve_law {
     ($which:expr, $law:ident => $body:expr) => {{
         if $which == CurveLaw::Kawabata {
-            type $law = ripstop::model::unit_cell_curve::Kawabata;
+            type $law = ripstop::model::unit_cell::Kawabata;
             $body
         } else {
             type $law = ripstop::physics::yarn_law::Sinusoidal;

@@ -2,7 +2,7 @@
 //! arithmetic–geometric mean (the solver sums a Gauss–Kummer series), and an answer is judged by putting it back
 //! into (13)–(22) instead of solving again.
 
-use ripstop::model::unit_cell_curve::CurveLaw;
+use ripstop::model::unit_cell::CurveLaw;
 
 use super::{Cell, Solved};
 

@@ -3,7 +3,7 @@
 use super::animation::{Animation, Keyframe};
 use super::plot::{self, Figure, Plot};
 use crate::case::{Case, Yarn};
-use crate::model::unit_cell_curve;
+use crate::model::unit_cell;
 use crate::output::breakage::Breakage;
 use crate::output::number::short;
 use crate::output::summary::residual_velocity;
@@ -159,7 +159,7 @@ pub(crate) fn unit_cell(case: &Case) -> Figure {
             let stretches = (0..=CELL_POINTS).map(|n| 1.0 + (end - 1.0) * n as f64 / CELL_POINTS as f64);
             let points = stretches.flat_map(|pull| {
                 let [warp, weft] = pulled.map(|pulled| if pulled { pull } else { 1.0 });
-                unit_cell_curve::solve(fabric, &[warp], &[weft])
+                unit_cell::solve(fabric, &[warp], &[weft])
             });
             let unbroken = points.take_while(|point| (0..2).all(|b| point.cell.strain[b] <= strain(yarns[b])));
             (name.to_owned(), unbroken.map(|point| [100.0 * (point.stretch[a] - 1.0), point.cell.tension[a]]).collect())
