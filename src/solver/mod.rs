@@ -1,11 +1,10 @@
 //! One time step: the only place that knows the order of the kernels.
 //!
 //! 0. the yarns that break in this step are marked;
-//! 1. `element_force` on every row of elements, from the positions, and
-//! 2. `node_update` on every row of nodes: gather, kick, drift; row by row in one sweep;
-//! 3. `ply_contact` between neighbouring plies, and
-//! 4. `projectile_contact` on the nodes near the projectile, each correcting velocity and position of what it touches;
-//! 5. `rigid_body`: the projectile moves.
+//! 1. `sweep`: `element_force` on every row of elements, from the positions, and `node_update` on every row of nodes: gather, kick, drift;
+//! 2. `ply_contact` between neighbouring plies, and
+//! 3. `projectile_contact` on the nodes near the projectile, each correcting velocity and position of what it touches;
+//! 4. `rigid_body`: the projectile moves.
 //!
 //! Rows run in parallel; sums are kept by row and added in row order, so results do not depend on threads. Rows and
 //! columns that nothing has reached are left out.
@@ -95,30 +94,23 @@ pub struct Divergence {
     pub place: [usize; 3],
 }
 
-/// Steps between two that do elements and nodes one after the other, which changes no bit, to measure the share of each.
-const APART: u64 = 64;
-
 /// A phase of a step: a kernel with what is added up after it, or the record of what the step did.
 #[derive(Clone, Copy, Debug)]
 pub enum Phase {
-    /// `element_force`
-    ElementForce,
-    /// `node_update`
-    NodeUpdate,
+    /// `element_force` and `node_update` in one sweep.
+    Sweep,
     /// `ply_contact`
     PlyContact,
     /// `projectile_contact`, with the motion of the body.
     ProjectileContact,
     /// History, outcome, and the watch over the numbers.
     Record,
-    /// Elements and nodes in one sweep.
-    Sweep,
 }
 
 /// Adds up what each phase takes. A lap costs one reading of the clock.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Stopwatch {
-    spent: [Duration; 6],
+    spent: [Duration; 4],
     #[serde(skip, default = "Instant::now")] // of this process alone
     last: Instant,
 }
@@ -131,12 +123,10 @@ impl Stopwatch {
         self.last = now;
     }
 
-    /// Every phase by name, and its wall time [s]. That of the sweeps is split as in the steps that did elements and nodes apart.
+    /// Every phase by name, and its wall time [s].
     pub fn seconds(&self) -> Vec<(&'static str, f64)> {
-        let [elements, nodes, plies, projectile, record, sweep] = self.spent.map(|time| time.as_secs_f64());
-        let scale = 1.0 + sweep / (elements + nodes).max(f64::MIN_POSITIVE);
-        let names = ["element_force", "node_update", "ply_contact", "projectile_contact", "record"];
-        names.into_iter().zip([scale * elements, scale * nodes, plies, projectile, record]).collect()
+        let names = ["sweep", "ply_contact", "projectile_contact", "record"];
+        names.into_iter().zip(self.spent.map(|time| time.as_secs_f64())).collect()
     }
 }
 
@@ -216,17 +206,8 @@ impl<S: KernelScalar> Stepper<S> {
     ) -> StepTotals {
         let mut context = Context::new(model, state, balance, sample);
         self.stopwatch.last = Instant::now();
-        if context.state.step.is_multiple_of(APART) {
-            self.elements(&mut context);
-            self.stopwatch.lap(Phase::ElementForce);
-            self.nodes(&mut context);
-            self.stopwatch.lap(Phase::NodeUpdate);
-        } else {
-            self.sweep(&mut context, [true, true]);
-            self.collect_elements(&mut context);
-            self.collect_nodes(&mut context);
-            self.stopwatch.lap(Phase::Sweep);
-        }
+        self.sweep(&mut context);
+        self.stopwatch.lap(Phase::Sweep);
         self.plies(&mut context);
         self.stopwatch.lap(Phase::PlyContact);
         self.projectile(&mut context);
@@ -235,27 +216,15 @@ impl<S: KernelScalar> Stepper<S> {
         context.totals
     }
 
-    /// The first part of a step on its own: forces of the elements.
-    pub fn elements(&mut self, context: &mut Context<'_, S>) {
-        self.sweep(context, [true, false]);
-        self.collect_elements(context);
-    }
-
-    /// The second part on its own: the nodes move.
-    pub fn nodes(&mut self, context: &mut Context<'_, S>) {
-        self.sweep(context, [false, true]);
-        self.collect_nodes(context);
-    }
-
-    /// `passes`: whether elements are computed, and whether nodes move.
-    fn sweep(&mut self, context: &mut Context<'_, S>, passes: [bool; 2]) {
-        if passes[0] {
-            let last = self.stepped.then_some(&self.element_totals[..]);
-            evaluate_failure(context.model, context.state, last);
-            self.stepped = true;
-        }
+    /// The first part of a step on its own: forces of the elements, by which the nodes move.
+    pub fn sweep(&mut self, context: &mut Context<'_, S>) {
+        let last = self.stepped.then_some(&self.element_totals[..]);
+        evaluate_failure(context.model, context.state, last);
+        self.stepped = true;
         let Self { kernels, nothing, element_totals, node_totals, .. } = self;
-        sweep::sweep(context, kernels, nothing, passes, element_totals, node_totals);
+        sweep::sweep(context, kernels, nothing, element_totals, node_totals);
+        self.collect_elements(context);
+        self.collect_nodes(context);
     }
 
     /// Adds up what the rows of nodes did, in row order.
@@ -282,14 +251,14 @@ impl<S: KernelScalar> Stepper<S> {
         }
     }
 
-    /// The third part: contact between the plies.
+    /// The second part: contact between the plies.
     pub fn plies(&mut self, context: &mut Context<'_, S>) {
         if context.model.plies.len() > 1 {
             self.plies.resolve(context, &*self.kernels[0], &self.nothing);
         }
     }
 
-    /// The fourth part: contact with the projectile, and its motion.
+    /// The third part: contact with the projectile, and its motion.
     pub fn projectile(&mut self, context: &mut Context<'_, S>) {
         if let Some(mut body) = context.state.body.take() {
             sweep::beside_others(|| self.projectile.resolve(context, &mut body, &self.nothing));

@@ -74,8 +74,6 @@ struct PlyPass<'a, S: Scalar> {
     kernels: &'a dyn RowKernels<S>,
     /// Zeros for a row of nodes without elements on one side.
     nothing: &'a [S],
-    /// Whether elements are computed, and whether nodes move.
-    passes: [bool; 2],
     /// Rows and columns of the elements that are computed.
     elements: [Range<usize>; 2],
     /// Nodes that move.
@@ -147,13 +145,11 @@ impl<'a, S: Scalar> Storage<'a, S> {
     }
 }
 
-/// Advances every ply, with the kernels of each ply type; totals are by row of elements and by row of nodes. `nothing`, `passes`: see
-/// [`PlyPass`].
+/// Advances every ply, with the kernels of each ply type; totals are by row of elements and by row of nodes. `nothing`: see [`PlyPass`].
 pub(super) fn sweep<S: Scalar>(
     context: &mut Context<'_, S>,
     kernels: &[Box<dyn RowKernels<S>>],
     nothing: &[S],
-    passes: [bool; 2],
     element_totals: &mut [ElementTotals],
     node_totals: &mut [NodeTotals],
 ) {
@@ -176,7 +172,6 @@ pub(super) fn sweep<S: Scalar>(
             ply_type,
             kernels: &*kernels[model.plies[ply].ply_type],
             nothing,
-            passes,
             elements: if all { [0..mesh.rows, 0..mesh.columns] } else { reached.elements(mesh) },
             nodes: reached.grown(1, mesh),
             times,
@@ -233,9 +228,6 @@ impl<S: Scalar> PlyPass<'_, S> {
 
     /// One row of elements, from the rows of nodes below and above it.
     fn load_elements(&self, row: usize, [below, above]: [&[S]; 2], element: &mut [S], totals: &mut ElementTotals) {
-        if !self.passes[0] {
-            return;
-        }
         totals.clear();
         let [rows, columns] = &self.elements;
         if !rows.contains(&row) {
@@ -268,9 +260,6 @@ impl<S: Scalar> PlyPass<'_, S> {
 
     /// One row of nodes, from the rows of elements below and above it.
     fn move_nodes(&self, row: usize, below: &[S], above: &[S], node: &mut [S], totals: &mut NodeTotals) {
-        if !self.passes[1] {
-            return;
-        }
         *totals = NodeTotals::default();
         if !self.nodes.rows.contains(&row) {
             return;

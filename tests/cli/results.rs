@@ -46,7 +46,7 @@ fn a_run_leaves_the_files_of_the_contract_and_none_of_an_earlier_run() {
         assert_eq!(summary[key], Value::Null, "{key}");
     }
     let kernels: Vec<&String> = summary["timings"].as_object().unwrap().keys().collect();
-    assert_eq!(kernels, ["element_force", "node_update", "ply_contact", "projectile_contact", "record", "other"]);
+    assert_eq!(kernels, ["sweep", "ply_contact", "projectile_contact", "record", "other"]);
     let share = |part: &Value| part["share"].as_f64().unwrap();
     let shares: f64 = summary["timings"].as_object().unwrap().values().map(share).sum();
     assert!((shares - 1.0).abs() < 1e-9, "{}", summary["timings"]);

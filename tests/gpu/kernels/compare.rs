@@ -159,9 +159,8 @@ impl<'a> Pair<'a> {
             let before = context.state.clone();
             match stage {
                 Stage::Sweep => {
-                    self.cpu.elements(&mut context);
+                    self.cpu.sweep(&mut context);
                     self.failures.extend(self.cpu.failures.iter().copied());
-                    self.cpu.nodes(&mut context);
                 }
                 Stage::Plies => self.cpu.plies(&mut context),
                 Stage::Projectile => self.cpu.projectile(&mut context),
