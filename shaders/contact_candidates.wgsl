@@ -1,6 +1,6 @@
 // contact_candidates: nodes that may meet the projectile, their contact before it acts, and what may have moved after it. Needs `nodes`,
 // `cells`, `status`, `body`, `candidates`, `points` and `over`.
-// Twin: src/solver/contact/contact_candidates.rs
+// Twin: src/solver/contact/broad_phase.rs
 
 /// Lists the marked nodes in storage order and clears the marks; gives their number.
 fn collect(local: u32) -> u32 {

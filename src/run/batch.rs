@@ -266,8 +266,8 @@ impl DeviceShot {
             self.download(stepper, state, info.index + 1)?;
             self.record.look(case, &self.model, state);
         }
-        let kinetic = sums.add(sum::KINETIC) + solver::divergence::flying(body.as_ref().map(|record| &record.body));
-        if let Some(excess) = solver::divergence::excess(&self.record.balance, kinetic, true) {
+        let body = body.as_ref().map(|record| &record.body);
+        if let Some(excess) = self.record.balance.excess(sums.add(sum::KINETIC), body, true) {
             // The place is looked for in the state as it is now, at most two batches later.
             if let Err(error) = self.download(stepper, state, info.index + 1) {
                 self.record.run.lost = Some(error.to_string());

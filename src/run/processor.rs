@@ -115,8 +115,7 @@ impl<S: RunScalar> Backend for Simulation<S> {
         }
         self.sampled = sample;
         // Numbers that are no longer finite, or energy that was never put in, end the run: kinetic, or at a sample of all kinds.
-        let kinetic = totals.kinetic + solver::divergence::flying(self.state.body.as_ref());
-        let excess = solver::divergence::excess(&self.record.balance, kinetic, sample);
+        let excess = self.record.balance.excess(totals.kinetic, self.state.body.as_ref(), sample);
         if let Some(excess) = excess.filter(|_| self.record.run.divergence.is_none()) {
             self.record.diagnose(&self.model, &self.state, excess);
         }

@@ -286,7 +286,7 @@ impl RunRecord {
     /// Takes note of where and how the run diverged.
     pub(crate) fn diagnose<S: Scalar>(&mut self, model: &Model<S>, state: &State<S>, excess: (&str, f64)) {
         let available = self.balance.accounted_energy();
-        self.run.divergence = Some(solver::divergence::diagnose(model, state, excess, available));
+        self.run.divergence = Some(solver::diagnose(model, state, excess, available));
     }
 
     /// Results; what computed them is left to the backend.

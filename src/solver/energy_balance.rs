@@ -339,9 +339,18 @@ impl EnergyBalance {
         self.initial.map_or(f64::INFINITY, |i| i.scale) + self.external.max(0.0)
     }
 
-    /// Energy beyond which a run is out of hand [J].
-    pub(crate) fn energy_limit(&self) -> f64 {
-        1.5 * self.accounted_energy()
+    /// Energy that was never put in, or that is no number: its kind, and how much [J]. `fabric`: its kinetic energy [J]; `body`: the
+    /// projectile, which counts where it flies freely; `sampled`: the balance knows all kinds now.
+    pub(crate) fn excess(&self, fabric: f64, body: Option<&RigidBody>, sampled: bool) -> Option<(&'static str, f64)> {
+        let kinetic = fabric + body.map_or(0.0, |b| if b.prescribed { 0.0 } else { b.kinetic_energy() });
+        let (limit, whole) = (1.5 * self.accounted_energy(), self.accounted_energy() + self.gained());
+        if !(kinetic <= limit && self.work.is_finite()) {
+            Some(("kinetic energy", kinetic))
+        } else if sampled && whole > limit {
+            Some(("energy by state functions", whole))
+        } else {
+            None
+        }
     }
 }
 

@@ -9,19 +9,26 @@
 //! Rows run in parallel; sums are kept by row and added in row order, so results do not depend on threads. Rows and
 //! columns that nothing has reached are left out.
 
-pub mod contact;
-pub(crate) mod divergence;
+/// Contact of the plies with one another and with the projectile: broad phase, narrow phase, contact impulses.
+pub mod contact {
+    pub mod broad_phase;
+    pub mod edge_contact;
+    pub(crate) mod ply_impulse;
+    pub mod ply_search;
+    pub mod projectile_contact;
+    pub mod projectile_points;
+}
 pub mod element_force;
 pub mod element_totals;
 pub mod energy_balance;
 pub mod failure;
 pub mod node_update;
-pub mod row_kernels;
 pub mod state;
-mod sweep;
+pub mod sweep;
 
 use std::time::{Duration, Instant};
 
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::model::Model;
@@ -32,9 +39,9 @@ use crate::solver::contact::projectile_points::ProjectileContact;
 use crate::solver::element_totals::{ElementTotals, field as element};
 use crate::solver::energy_balance::EnergyBalance;
 use crate::solver::failure::{evaluate_failure, yarn_loads};
-use crate::solver::node_update::NodeTotals;
-use crate::solver::row_kernels::{KernelScalar, RowKernels};
+use crate::solver::node_update::{NodeTotals, field as node};
 use crate::solver::state::State;
+use crate::solver::sweep::{KernelScalar, RowKernels};
 
 /// A yarn failure, with its place in the pack.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -92,6 +99,58 @@ pub struct Divergence {
     pub quantity: String,
     /// Ply, row, column of the node or element.
     pub place: [usize; 3],
+}
+
+/// Looks for numbers that are not finite: which kernel made them, and where.
+fn find_divergence<S: Scalar>(model: &Model<S>, state: &State<S>) -> Option<Divergence> {
+    let grid = &model.grid;
+    let bad = |x: &S| !x.to_f64().is_finite();
+    let divergence = |kernel, name: &str, x: S, place| {
+        Some(Divergence { step: state.step, kernel, quantity: format!("{name} = {x:?}"), place })
+    };
+    let forces = ["membrane force along warp", "membrane force along weft", "hourglass force"];
+    let name_of = |field: usize| forces.get(field / 3).copied().unwrap_or("yarn height, or what predicts it");
+    for place @ [ply, row, column] in model.element_places() {
+        let number = |f: usize| state.elements.get(grid.first_element_row(ply) + row, f, column + 1);
+        if let Some(f) = (0..element::ALIVE).find(|f| bad(&number(*f))) {
+            return divergence("element_force", name_of(f), number(f), place);
+        }
+    }
+    for place @ [ply, row, column] in model.node_places() {
+        let number = |f: usize| state.nodes.get(grid.first_node_row(ply) + row, f, column);
+        if let Some(f) = (0..node::COUNT).find(|f| bad(&number(*f))) {
+            let name = if f < node::VELOCITY { "displacement" } else { "velocity" };
+            return divergence("node_update", name, number(f), place);
+        }
+    }
+    None
+}
+
+/// Divergence and its place: a number that is not finite, or energy of some kind that was never put in [J].
+pub(crate) fn diagnose<S: Scalar>(
+    model: &Model<S>,
+    state: &State<S>,
+    (name, energy): (&str, f64),
+    available: f64,
+) -> Divergence {
+    let mut divergence = find_divergence(model, state).unwrap_or_else(|| {
+        let speed = |[ply, row, column]: [usize; 3]| {
+            Vector3::from(state.velocity(model.grid.first_node_row(ply) + row, column)).norm()
+        };
+        let speeds = model.node_places().map(|place| (place, speed(place)));
+        let (place, speed) = speeds.fold(([0; 3], 0.0), |fastest, one| if one.1 > fastest.1 { one } else { fastest });
+        let [energy, available] = [energy, available].map(|energy| energy * model.planes.copies() as f64);
+        Divergence {
+            step: state.step,
+            kernel: "node_update",
+            quantity: format!(
+                "{name} {energy:.6e} J where at most {available:.6e} J was ever put in; fastest node {speed:.6e} m/s"
+            ),
+            place,
+        }
+    });
+    divergence.place = model.place_in_whole(divergence.place);
+    divergence
 }
 
 /// A phase of a step: a kernel with what is added up after it, or the record of what the step did.

@@ -8,8 +8,8 @@ use ripstop::model::layup::{self, PENETRATING, SIDES, neighbour};
 use ripstop::num::simd::Vectors;
 use ripstop::solver::contact::ply_search::{FoundContacts, PlySearch, ROWS, SearchPart};
 use ripstop::solver::node_update::field as node;
-use ripstop::solver::row_kernels::{KernelScalar, RowKernels};
 use ripstop::solver::state::State;
+use ripstop::solver::sweep::{KernelScalar, RowKernels};
 
 use crate::scene::shipped;
 use crate::support::Random;

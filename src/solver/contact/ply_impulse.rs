@@ -17,8 +17,8 @@ use crate::solver::contact::ply_search::{FoundContacts, PlyContactPoint, PlySear
 use crate::solver::element_totals::field as element;
 use crate::solver::energy_balance::NodeCorrection;
 use crate::solver::node_update::{field as node, gather, neighbours};
-use crate::solver::row_kernels::RowKernels;
 use crate::solver::state::{ActiveRegion, Rows, State};
+use crate::solver::sweep::RowKernels;
 
 /// Contacts of a ply: against the ply in front, and against that behind, in parts of [`ROWS`] rows.
 type Contacts = [Vec<FoundContacts>; SIDES];

@@ -11,8 +11,8 @@ use crate::model::{Model, layup};
 use crate::num::scalar::Scalar;
 use crate::physics::ply_contact::{self, MAX_INITIAL_PENETRATION, NO_PLANES, Planes, SLOP, WALK};
 use crate::solver::node_update::field as node;
-use crate::solver::row_kernels::RowKernels;
 use crate::solver::state::{ActiveRegion, State, node_stands, split};
+use crate::solver::sweep::RowKernels;
 
 /// A ply as contact sees it, in the axes of the pack, and the state of its nodes.
 #[derive(Clone, Copy)]

@@ -13,7 +13,7 @@ use crate::model::{Model, layup};
 use crate::num::scalar::Scalar;
 use crate::physics::rigid_body::RigidBody;
 use crate::solver::Context;
-use crate::solver::contact::contact_candidates::find_candidates;
+use crate::solver::contact::broad_phase::find_candidates;
 use crate::solver::contact::edge_contact::{EdgeConstraint, EdgeContact};
 use crate::solver::contact::projectile_contact;
 use crate::solver::contact::projectile_contact::ContactPoint;
