@@ -12,8 +12,7 @@ use crate::model::Model;
 use crate::model::layup::SIDES;
 use crate::solver::element_totals::field as element;
 use crate::solver::node_update::field as node;
-use crate::solver::state::ActiveRegion;
-use crate::solver::state::{Rows, State};
+use crate::solver::state::{ActiveRegion, Rows, State};
 
 /// Wait for the driver to report a finished mapping.
 const SOON: Duration = Duration::from_secs(10);
@@ -147,73 +146,55 @@ impl DeviceStepper<'_> {
     pub fn download(&self, shot: usize, model: &Model<f32>, state: &mut State<f32>) -> Result<(), DeviceError> {
         let strains = state.elements.fields - element::STRAIN;
         let (columns, slot) = (self.grid.columns, (state.step as usize + 1) % STATE_SLOTS as usize);
-        let names = [BufferId::Nodes, BufferId::Cells, BufferId::Status];
-        let more = [(BufferId::Over, !state.over.is_empty()), (BufferId::Body, model.projectile.is_some())].into_iter();
-        let names: Vec<BufferId> =
-            names.into_iter().chain(more.filter_map(|(name, wanted)| wanted.then_some(name))).collect();
-        for (name, words) in names.iter().zip(self.read_shot(&names, shot)?) {
-            match name {
-                BufferId::Nodes => {
-                    let crater = node::COUNT..state.nodes.fields;
-                    for (slot, fields) in [(slot, 0..node::COUNT), (STATE_SLOTS as usize, crater)] {
-                        let words = &words[slot * node::COUNT * self.sizes.nodes as usize..];
-                        set_planes(&mut state.nodes, fields, 0, columns + 1, bytemuck::cast_slice(words));
-                    }
-                }
-                BufferId::Cells => {
-                    let count = self.sizes.elements as usize;
-                    let field = |number: usize| &words[(slot * cell::CELL_FIELDS + number) * count..];
-                    let mut set = |fields: Range<usize>, numbers: &[f32]| {
-                        set_planes(&mut state.elements, fields, 1, columns, numbers);
-                    };
-                    let yarn =
-                        |bit: u32| field(cell::YARNS)[..count].iter().map(move |word| (word & bit).min(1) as f32);
-                    set(element::ALIVE..element::COUNT, &yarn(1).chain(yarn(2)).collect::<Vec<_>>());
-                    let (low, high) = (field(cell::YARNS), field(cell::YARNS + 1));
-                    let height = |at: usize, yarn: usize| {
-                        let word = u64::from(low[at]) | u64::from(high[at]) << 32;
-                        let steps = (word >> (2 + 24 * yarn)) as usize & cell::HEIGHT_STEPS;
-                        (steps as f64 * self.height_sum(model, at) / cell::HEIGHT_STEPS as f64) as f32
-                    };
-                    let heights: Vec<f32> = (0..2 * count).map(|at| height(at % count, at / count)).collect();
-                    set(element::HEIGHT..element::ALIVE, &heights);
-                    let viscous = element::COUNT..strains.min(element::COUNT + element::VISCOUS);
-                    set(viscous, bytemuck::cast_slice(field(cell::DRAG)));
-                    if self.features.rate {
-                        let from_end = (STATE_SLOTS as usize - slot) * cell::RATE_FIELDS * count;
-                        let overstress = bytemuck::cast_slice(&words[words.len() - from_end..]);
-                        set(strains - element::RATE..strains, overstress);
-                    }
-                    set(strains..strains + element::STRAIN, bytemuck::cast_slice(field(cell::STRAIN)));
-                }
-                BufferId::Status => {
-                    let reach = words[status::REACH..].chunks_exact(REACH_WORDS as usize);
-                    state.active = reach.map(reach_from).collect();
-                }
-                BufferId::Over => state.over = transposed(&words, SIDES, model.nodes_per_ply()),
-                _ => {
-                    let start = model.projectile.as_ref();
-                    state.body =
-                        start.map(|start| layout::read_body(&words, start, &layout::device_origin(model)).body);
-                }
-            }
+        let names = [BufferId::Nodes, BufferId::Cells, BufferId::Status, BufferId::Over, BufferId::Body];
+        let [nodes, cells, counters, over, body] = self.read_shot(names, shot)?;
+        for (slot, fields) in [(slot, 0..node::COUNT), (STATE_SLOTS as usize, node::COUNT..state.nodes.fields)] {
+            let words = &nodes[slot * node::COUNT * self.sizes.nodes as usize..];
+            set_planes(&mut state.nodes, fields, 0, columns + 1, bytemuck::cast_slice(words));
         }
+        let count = self.sizes.elements as usize;
+        let field = |number: usize| &cells[(slot * cell::CELL_FIELDS + number) * count..];
+        let mut set = |fields: Range<usize>, numbers: &[f32]| {
+            set_planes(&mut state.elements, fields, 1, columns, numbers);
+        };
+        let yarn = |bit: u32| field(cell::YARNS)[..count].iter().map(move |word| (word & bit).min(1) as f32);
+        set(element::ALIVE..element::COUNT, &yarn(1).chain(yarn(2)).collect::<Vec<_>>());
+        let (low, high) = (field(cell::YARNS), field(cell::YARNS + 1));
+        let height = |at: usize, yarn: usize| {
+            let word = u64::from(low[at]) | u64::from(high[at]) << 32;
+            let steps = (word >> (2 + 24 * yarn)) as usize & cell::HEIGHT_STEPS;
+            (steps as f64 * self.height_sum(model, at) / cell::HEIGHT_STEPS as f64) as f32
+        };
+        let heights: Vec<f32> = (0..2 * count).map(|at| height(at % count, at / count)).collect();
+        set(element::HEIGHT..element::ALIVE, &heights);
+        let viscous = element::COUNT..strains.min(element::COUNT + element::VISCOUS);
+        set(viscous, bytemuck::cast_slice(field(cell::DRAG)));
+        if self.features.rate {
+            let from_end = (STATE_SLOTS as usize - slot) * cell::RATE_FIELDS * count;
+            set(strains - element::RATE..strains, bytemuck::cast_slice(&cells[cells.len() - from_end..]));
+        }
+        set(strains..strains + element::STRAIN, bytemuck::cast_slice(field(cell::STRAIN)));
+        state.active = counters[status::REACH..].chunks_exact(REACH_WORDS as usize).map(reach_from).collect();
+        if !state.over.is_empty() {
+            state.over = transposed(&over, SIDES, model.nodes_per_ply());
+        }
+        let start = model.projectile.as_ref();
+        state.body = start.map(|start| layout::read_body(&body, start, &layout::device_origin(model)).body);
         Ok(())
     }
 
     /// Words of one shot of some buffers, fetched together.
-    fn read_shot(&self, names: &[BufferId], shot: usize) -> Result<Vec<Vec<u32>>, DeviceError> {
+    fn read_shot<const N: usize>(&self, names: [BufferId; N], shot: usize) -> Result<[Vec<u32>; N], DeviceError> {
         let copies: Vec<(BufferId, [u64; 2])> =
             names.iter().flat_map(|name| self.places(*name, shot).map(|place| (*name, place))).collect();
         let words = self.read_copies(&copies)?;
         let mut rest = words.as_slice();
-        let take = |name: &BufferId| {
-            let [fields, count] = self.sizes.shape(*name);
+        Ok(names.map(|name| {
+            let [fields, count] = self.sizes.shape(name);
             let (own, later) = rest.split_at((fields * count) as usize);
             rest = later;
             own.to_vec()
-        };
-        Ok(names.iter().map(take).collect())
+        }))
     }
 
     /// All words of a buffer.

@@ -6,16 +6,14 @@ use nalgebra::Vector3;
 use super::{Field, shared};
 use crate::case::{Edge, Edges};
 use crate::gpu::buffers::Sizes;
-use crate::model::Model;
 use crate::model::layup::{shoulder, unbroken_cells};
 use crate::model::mesh::Mesh;
 use crate::model::ply_type::PlyType;
-use crate::model::unit_cell;
+use crate::model::{Model, unit_cell};
 use crate::physics::kinematics::ElementConstants;
 use crate::physics::ply_contact;
 use crate::physics::projectile_shape::CORNERS;
-use crate::physics::rigid_body::Cut;
-use crate::physics::rigid_body::RigidBody;
+use crate::physics::rigid_body::{Cut, RigidBody};
 use crate::physics::yarn_law::{Curve, RAMPS};
 
 /// Bytes between the constants of two ply types.
