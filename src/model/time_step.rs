@@ -9,6 +9,7 @@
 //! with |b|² = |q|²/(3 Λ²): a twelfth where the edges differ from the centre by half of the stretch. A Courant number of 0.9 leaves a fifth.
 
 use crate::case::{CaseError, Edge, Edges, InitialDeflection, Pack};
+use crate::num::bisect;
 use crate::physics::crossover;
 use crate::physics::kinematics::ElementConstants;
 use crate::physics::membrane::{LONGEST_LEVER, largest_tangent};
@@ -121,13 +122,17 @@ pub fn stretch_of_pretension(pack: &Pack, cell: &UnitCellParameters<f64>) -> Res
     let rest = InitialStretch { stretch: [0.0; 2], height: [cell.yarn[0].height, cell.yarn[1].height] };
     let Some(asked) = pack.pretension else { return Ok(rest) };
     let mut stretch = [0.0; 2];
+    let largest = |is_below: &dyn Fn(f64) -> bool| {
+        let [low, high] = bisect(RANGE, 60, is_below);
+        0.5 * (low + high)
+    };
     // Both membrane forces grow with both stretches, so each direction is bisected, the warp inside the weft.
     let warp = |weft: f64| match asked[0] {
-        Some(n) => bisect(|s| membrane(cell, [s, weft]).0[0] <= n),
+        Some(n) => largest(&|s| membrane(cell, [s, weft]).0[0] <= n),
         None => 0.0,
     };
     if let Some(n) = asked[1] {
-        stretch[1] = bisect(|s| membrane(cell, [warp(s), s]).0[1] <= n);
+        stretch[1] = largest(&|s| membrane(cell, [warp(s), s]).0[1] <= n);
     }
     stretch[0] = warp(stretch[1]);
     let (force, strain, height) = membrane(cell, stretch);
@@ -143,20 +148,6 @@ pub fn stretch_of_pretension(pack: &Pack, cell: &UnitCellParameters<f64>) -> Res
         }
     }
     Ok(InitialStretch { stretch, height })
-}
-
-/// The largest number in [`RANGE`] for which `below` holds, if it holds up to some point.
-fn bisect(below: impl Fn(f64) -> bool) -> f64 {
-    let [mut low, mut high] = RANGE;
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if below(middle) {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    0.5 * (low + high)
 }
 
 #[cfg(test)]

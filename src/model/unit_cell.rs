@@ -13,6 +13,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use rayon::prelude::*;
 
 use crate::case::{Fabric, Law};
+use crate::num::bisect;
 use crate::num::scalar::{Real, Scalar};
 use crate::physics::crossover::{self, Equilibrium, cell_energy};
 use crate::physics::unit_cell_parameters::UnitCellParameters;
@@ -23,7 +24,7 @@ pub const PLACES: usize = 40;
 /// Points of the midpoint rule along the taut part of the way to a place.
 const POINTS: usize = 16;
 /// Halvings that find where the way grows taut.
-const HALVINGS: usize = 12;
+const HALVINGS: u32 = 12;
 /// Axial strain that the table reaches where yarns do not fail.
 const NO_FAILURE: f64 = 0.1;
 /// Most numbers in a register.
@@ -96,11 +97,8 @@ fn law_share(cell: &UnitCellParameters<f64>, stretch: [f64; 2]) -> f64 {
         return 0.0;
     }
     // Nothing works before a yarn is taut.
-    let (mut slack, mut taut) = (0.0, 1.0);
-    for _ in 0..HALVINGS {
-        let middle = 0.5 * (slack + taut);
-        if at(middle, rest).tension.iter().any(|tension| *tension > 0.0) { taut = middle } else { slack = middle }
-    }
+    let is_slack = |part: f64| !at(part, rest).tension.iter().any(|tension| *tension > 0.0);
+    let [slack, _] = bisect([0.0, 1.0], HALVINGS, is_slack);
     let mut warm = rest;
     let mut work = 0.0;
     let step = (1.0 - slack) / POINTS as f64;

@@ -1,9 +1,9 @@
 //! Constants of the unit cell, from the fabric and for each number type: (12), (14), (15).
 
 use crate::case::Fabric;
+use crate::num::bisect;
 use crate::num::scalar::{Real, Scalar, each, is_double};
-use crate::physics::yarn_law::{Curve, LawKernel, YarnConstants};
-use crate::physics::yarn_law::{MAX_TERMS, arc_length, terms_for};
+use crate::physics::yarn_law::{Curve, LawKernel, MAX_TERMS, YarnConstants, arc_length, terms_for};
 
 /// Stands for the failure strain of a yarn that does not break.
 pub(crate) const NEVER: f64 = 1e30;
@@ -164,15 +164,8 @@ fn rest_slope(yarn: &YarnConstants<f64>) -> f64 {
 /// slack, and their length only has to be known to be too short.
 fn steepest_taut(yarn: &YarnConstants<f64>, height_sum: f64) -> f64 {
     let slope = |length: f64| std::f64::consts::FRAC_PI_2 * height_sum / (yarn.half_span * length);
-    let (mut slack, mut taut) = (0.01, 1.0 + yarn.crimp);
-    for _ in 0..50 {
-        let middle = 0.5 * (slack + taut);
-        if middle * (1.0 + arc_length(slope(middle), MAX_TERMS).excess) < 1.0 + yarn.crimp {
-            slack = middle;
-        } else {
-            taut = middle;
-        }
-    }
+    let is_slack = |length: f64| length * (1.0 + arc_length(slope(length), MAX_TERMS).excess) < 1.0 + yarn.crimp;
+    let [_, taut] = bisect([0.01, 1.0 + yarn.crimp], 50, is_slack);
     slope(taut)
 }
 
