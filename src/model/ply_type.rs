@@ -35,8 +35,8 @@ pub struct PlyType<S> {
     pub areal_density: f64,
     /// Edges of the ply.
     pub edges: Edges,
-    /// Masses by kind of row (first, inner, last), shape (3, node stride); of a graded mesh by row.
-    pub mass: Vec<RowMasses<S>>,
+    /// Masses by row of nodes.
+    mass: Vec<RowMasses<S>>,
     /// Sizes of the elements of a row.
     pub columns: Columns<S>,
     /// Energy that the unit-cell law makes by itself; `None`: none.
@@ -53,7 +53,7 @@ pub struct PlyType<S> {
     pub initial_velocity: [f64; 3],
 }
 
-/// Masses of one kind of row, shape (node stride,).
+/// Masses of a row of nodes, shape (node stride,).
 #[derive(Clone, Debug)]
 pub struct RowMasses<S> {
     /// 1/mass where free, 0 where held [1/kg]; X, Y, Z of the ply.
@@ -99,8 +99,7 @@ impl<S: Scalar> PlyType<S> {
         let ply_type = Self {
             bound,
             initial: stretch_of_pretension(pack, &cell)?,
-            mass: row_kinds(&mesh)
-                .into_iter()
+            mass: (0..=mesh.rows)
                 .map(|row| row_masses(&mesh, fabric.areal_density, [&edges, &layer.edges], row))
                 .collect(),
             law_energy: unit_cell::table_of(&cell),
@@ -148,8 +147,7 @@ impl<S: Scalar> PlyType<S> {
 
     /// Masses of a row of nodes.
     pub fn row_mass(&self, row: usize) -> &RowMasses<S> {
-        let kind = if row == 0 { 0 } else { 1 + usize::from(row == self.mesh.rows) };
-        &self.mass[if self.mass.len() > KINDS { row } else { kind }]
+        &self.mass[row]
     }
 
     /// Whether a clamp holds a node.
@@ -224,17 +222,6 @@ fn element_constants(
         cells: lx / (2.0 * w1) * (ly / (2.0 * w2)),
         area: lx * ly,
     }
-}
-
-/// First, inner, last.
-const KINDS: usize = 3;
-
-/// A row of each kind of rows of nodes; of a mesh with rows of different heights every row.
-fn row_kinds(mesh: &Mesh) -> Vec<usize> {
-    if (mesh.is_graded() || !mesh.frame.is_plain()) && mesh.rows >= KINDS {
-        return (0..=mesh.rows).collect();
-    }
-    vec![0, mesh.rows / 2, mesh.rows]
 }
 
 /// Masses of a row of nodes. `edges` of the mesh, and of the opening of its frame.
