@@ -120,14 +120,10 @@ impl RigidBody {
         self
     }
 
-    fn principal(&self) -> Matrix3<f64> {
-        Matrix3::from_diagonal(&Vector3::from(self.body.inertia))
-    }
-
     /// Inertia tensor, world frame [kg·m²].
     pub fn inertia(&self) -> Matrix3<f64> {
         let r = self.orientation.to_rotation_matrix();
-        r * self.principal() * r.inverse()
+        r * Matrix3::from_diagonal(&Vector3::from(self.body.inertia)) * r.inverse()
     }
 
     /// Angular velocity, world frame [rad/s].

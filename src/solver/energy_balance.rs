@@ -172,6 +172,11 @@ impl Balance {
     }
 }
 
+/// Adds a vector to a sum.
+pub(crate) fn add(sum: &mut [f64; 3], part: impl Into<[f64; 3]>) {
+    sum.iter_mut().zip(part.into()).for_each(|(sum, part)| *sum += part);
+}
+
 impl EnergyBalance {
     /// Balance of the part of a scene that these planes leave. Momentum across them it does not look at: in the whole it cancels.
     pub(crate) fn of_part(planes: MirrorPlanes) -> Self {
@@ -185,10 +190,8 @@ impl EnergyBalance {
         self.external += c.external;
         self.frame[0] += c.support[2].abs();
         self.frame[1] += c.impulse[2].abs();
-        for a in 0..3 {
-            self.contact_impulse[a] -= c.impulse[a];
-            self.support[a] += c.support[a];
-        }
+        add(&mut self.contact_impulse, c.impulse.map(|impulse| -impulse));
+        add(&mut self.support, c.support);
     }
 
     /// Takes the element sums of a sampling step, row by row. `loads`: see [`yarn_loads`](super::failure::yarn_loads).
@@ -215,10 +218,7 @@ impl EnergyBalance {
     ) {
         self.momentum = [0.0; 3];
         for (index, row) in rows.iter().enumerate() {
-            let part = to_pack(index, row.momentum);
-            for a in 0..3 {
-                self.momentum[a] += part[a];
-            }
+            add(&mut self.momentum, to_pack(index, row.momentum));
         }
         self.crater = rows.iter().map(|row| row.clay[1]).fold(0.0, f64::max);
         let kinetic = |rows: &[NodeTotals]| rows.iter().map(|row| row.kinetic + row.work[1]).sum();
@@ -237,9 +237,7 @@ impl EnergyBalance {
         if let Some(ply) = self.plies.get_mut(ply) {
             ply.kinetic += change;
         }
-        for a in 0..3 {
-            self.momentum[a] += mass * (now[a] - free[a]);
-        }
+        add(&mut self.momentum, (now - free) * *mass);
     }
 
     /// Takes the projectile of a sampling step, after contact.
@@ -247,12 +245,9 @@ impl EnergyBalance {
         self.projectile = body.kinetic_energy();
         // What a drive keeps up would only round: it may be a million times what it does to the fabric.
         self.shared = body.own_energy();
-        if body.prescribed {
-            // Momentum of a driven body is the drive's affair; what it gave the fabric counts as support.
-            return;
-        }
-        for a in 0..3 {
-            self.momentum[a] += body.mass * body.velocity[a];
+        // Momentum of a driven body is the drive's affair; what it gave the fabric counts as support.
+        if !body.prescribed {
+            add(&mut self.momentum, body.velocity * body.mass);
         }
     }
 
@@ -267,11 +262,8 @@ impl EnergyBalance {
         // Fabric that is let go swings to and fro: its momentum and that of its supports may come to nothing, what it moves does not.
         let momentum_scale = given.momentum.norm().max((2.0 * at_rest * given.fabric_mass).sqrt());
         let law_energy = self.law_energy + self.law_released;
-        let (total, momentum) = (0.0, [0.0; 3]);
-        let mut initial = Initial { stored, hourglass, law_energy, total, scale, momentum, momentum_scale };
-        initial.total = self.total();
-        initial.momentum = [0, 1, 2].map(|a| self.momentum[a] - self.support[a]);
-        self.initial = Some(initial);
+        let (total, momentum) = (self.total(), [0, 1, 2].map(|a| self.momentum[a] - self.support[a]));
+        self.initial = Some(Initial { stored, hourglass, law_energy, total, scale, momentum, momentum_scale });
         given.fabric_energy + at_rest
     }
 

@@ -37,7 +37,7 @@ use crate::num::simd::Vectors;
 use crate::solver::contact::ply_impulse::PlyContact;
 use crate::solver::contact::projectile_points::ProjectileContact;
 use crate::solver::element_totals::{ElementTotals, field as element};
-use crate::solver::energy_balance::EnergyBalance;
+use crate::solver::energy_balance::{EnergyBalance, add};
 use crate::solver::failure::{evaluate_failure, yarn_loads};
 use crate::solver::node_update::{NodeTotals, field as node};
 use crate::solver::state::State;
@@ -298,10 +298,7 @@ impl<S: KernelScalar> Stepper<S> {
             context.totals.kinetic += row.kinetic;
             context.balance.backing += row.clay[0];
             context.totals.max_speed = context.totals.max_speed.max(row.max_speed_squared);
-            let support = to_pack(context.model, index, row.support);
-            for a in 0..3 {
-                context.balance.support[a] += support[a];
-            }
+            add(&mut context.balance.support, to_pack(context.model, index, row.support));
         }
         context.totals.max_speed = context.totals.max_speed.sqrt();
         if context.sample {

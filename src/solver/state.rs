@@ -310,15 +310,13 @@ pub struct Given {
 pub(crate) fn given<S: Scalar>(model: &Model<S>, state: &State<S>) -> Given {
     let mut energy = 0.0;
     let mut momentum = Vector3::zeros();
-    if model.ply_types.iter().any(|ply_type| ply_type.initial_velocity != [0.0; 3]) {
-        for [ply, row, column] in model.node_places() {
-            let ply_type = model.ply_type(ply);
-            let velocity = state.velocity(model.grid.first_node_row(ply) + row, column);
-            let v = Vector3::from(ply_type.mesh.to_pack(velocity));
-            let m = ply_type.row_mass(row).mass[column].to_f64();
-            energy += 0.5 * m * v.norm_squared();
-            momentum += v * m;
-        }
+    for [ply, row, column] in model.node_places() {
+        let ply_type = model.ply_type(ply);
+        let velocity = state.velocity(model.grid.first_node_row(ply) + row, column);
+        let v = Vector3::from(ply_type.mesh.to_pack(velocity));
+        let m = ply_type.row_mass(row).mass[column].to_f64();
+        energy += 0.5 * m * v.norm_squared();
+        momentum += v * m;
     }
     let fabric_energy = energy;
     if let Some(body) = state.body.as_ref() {

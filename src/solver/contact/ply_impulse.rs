@@ -15,7 +15,7 @@ use crate::physics::ply_contact;
 use crate::solver::Context;
 use crate::solver::contact::ply_search::{FoundContacts, PlyContactPoint, PlySearch, PlyView, ROWS, SearchPart};
 use crate::solver::element_totals::field as element;
-use crate::solver::energy_balance::NodeCorrection;
+use crate::solver::energy_balance::{NodeCorrection, add};
 use crate::solver::node_update::{field as node, gather, neighbours};
 use crate::solver::state::{ActiveRegion, Rows, State};
 use crate::solver::sweep::RowKernels;
@@ -143,9 +143,7 @@ impl PlyContact {
             balance.separation += effect.correction_work;
             balance.work += effect.correction_work;
             balance.friction += friction;
-            for a in 0..3 {
-                balance.support[a] -= effect.support[a];
-            }
+            add(&mut balance.support, effect.support.map(|support| -support));
             effect.corrections.drain(..).for_each(|correction| balance.correct_node(ply, &correction));
             context.state.active[ply] = context.state.active[ply].union(&effect.reach);
         }
@@ -295,10 +293,7 @@ impl<S: Scalar> ImpulseApplier<'_, S> {
                     support[a] = impulse[a];
                 }
             }
-            let support = mesh.to_pack(support);
-            for a in 0..3 {
-                effect.support[a] += support[a];
-            }
+            add(&mut effect.support, mesh.to_pack(support));
             let pull = [0, 1, 2].map(|a| inverse[a] * force[a] * model.dt);
             let [free, now, pull] = [free, now, pull].map(|v| Vector3::from(mesh.to_pack(v)));
             effect.corrections.push(NodeCorrection { mass: masses.mass[column].to_f64(), free, now, pull });
