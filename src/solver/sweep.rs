@@ -24,7 +24,7 @@ use crate::solver::contact::ply_search::SearchPart;
 use crate::solver::element_force::element_force;
 use crate::solver::element_totals::{ElementRow, ElementTotals, field as element};
 use crate::solver::node_update::{Neighbours, NodePass, NodeRow, NodeTotals, field, node_update};
-use crate::solver::state::{ActiveRegion, State, split, split_mut, take};
+use crate::solver::state::{ActiveRegion, State, split, split_mut};
 
 /// Rows of elements of a block.
 const BLOCK: usize = 8;
@@ -33,45 +33,37 @@ pub(super) const BANDS: usize = 4;
 /// Plies whose rows at the ends of bands one thread moves: a few rows take no longer than sharing them out.
 const TOGETHER: usize = 16;
 
-/// Storage of the rows of elements from `first` on, with the rows of nodes strictly between them.
-struct RowBand<'a, S> {
+/// Numbers and totals of a row of elements, of a row of nodes.
+type ElementLine<'a, S> = (&'a mut [S], &'a mut ElementTotals);
+type NodeLine<'a, S> = (&'a mut [S], &'a mut NodeTotals);
+
+/// Rows of elements from `first` on, with the rows of nodes strictly between them.
+struct RowBand<'a, 'b, S> {
     first: usize,
-    nodes: &'a mut [S],
-    elements: &'a mut [S],
-    element_totals: &'a mut [ElementTotals],
-    node_totals: &'a mut [NodeTotals],
+    nodes: &'b mut [NodeLine<'a, S>],
+    elements: &'b mut [ElementLine<'a, S>],
 }
 
 /// A band with its number, its ply and the rows of nodes at its ends, which it only reads.
-type Band<'a, 'b, S> = (usize, &'b PlyPass<'a, S>, RowBand<'b, S>, [&'b [S]; 2]);
+type Band<'a, 'b, S> = (usize, &'b PlyPass<'a, S>, RowBand<'a, 'b, S>, [&'b [S]; 2]);
 
-/// Strips on either side of a row of nodes, and that row with its totals.
-type Parted<'a, S> = (RowBand<'a, S>, (&'a mut [S], &'a mut NodeTotals), RowBand<'a, S>);
+/// Strips on either side of a row of nodes, and that row.
+type Parted<'a, 'b, S> = (RowBand<'a, 'b, S>, &'b mut NodeLine<'a, S>, RowBand<'a, 'b, S>);
 
-impl<'a, S> RowBand<'a, S> {
-    /// Cuts it at the row of nodes `row`. `length`: numbers per row of nodes and of elements.
-    fn cut(mut self, row: usize, length: [usize; 2]) -> Parted<'a, S> {
+impl<'a, 'b, S> RowBand<'a, 'b, S> {
+    /// Cuts it at the row of nodes `row`.
+    fn cut(self, row: usize) -> Parted<'a, 'b, S> {
         let rows = row - self.first;
-        let low = RowBand {
-            first: self.first,
-            nodes: take(&mut self.nodes, (rows - 1) * length[0]),
-            elements: take(&mut self.elements, rows * length[1]),
-            element_totals: take(&mut self.element_totals, rows),
-            node_totals: take(&mut self.node_totals, rows - 1),
-        };
-        let middle = (take(&mut self.nodes, length[0]), &mut take(&mut self.node_totals, 1)[0]);
-        (low, middle, RowBand { first: row, ..self })
+        let (low, high) = self.elements.split_at_mut(rows);
+        let (below, nodes) = self.nodes.split_at_mut(rows - 1);
+        let (middle, above) = nodes.split_at_mut(1);
+        let low = RowBand { first: self.first, nodes: below, elements: low };
+        (low, &mut middle[0], RowBand { first: row, nodes: above, elements: high })
     }
 
     /// Strip lent for a while.
-    fn lend(&mut self) -> RowBand<'_, S> {
-        RowBand {
-            first: self.first,
-            nodes: &mut *self.nodes,
-            elements: &mut *self.elements,
-            element_totals: &mut *self.element_totals,
-            node_totals: &mut *self.node_totals,
-        }
+    fn lend(&mut self) -> RowBand<'a, '_, S> {
+        RowBand { first: self.first, nodes: self.nodes, elements: self.elements }
     }
 }
 
@@ -91,19 +83,21 @@ struct PlyPass<'a, S: Scalar> {
     sample: bool,
     /// See [`NodePass`].
     clay: Option<[f64; 3]>,
-    /// Numbers per row of nodes and of elements.
-    length: [usize; 2],
 }
 
 /// A ply and its rows.
-struct Storage<'a, S: Scalar> {
+struct Storage<'a, 'b, S: Scalar> {
     ply: PlyPass<'a, S>,
     /// Rows of nodes at the ends of bands, the first and the last of the ply among them.
     cuts: Vec<usize>,
-    nodes: &'a mut [S],
-    elements: &'a mut [S],
-    element_totals: &'a mut [ElementTotals],
-    node_totals: &'a mut [NodeTotals],
+    nodes: &'b mut [NodeLine<'a, S>],
+    elements: &'b mut [ElementLine<'a, S>],
+}
+
+/// Rows of numbers, each with its totals.
+fn lines<'a, S, T>(numbers: &'a mut [S], totals: &'a mut [T]) -> Vec<(&'a mut [S], &'a mut T)> {
+    let length = numbers.len() / totals.len();
+    numbers.chunks_mut(length).zip(totals).collect()
 }
 
 /// Cuts the rows of elements of a ply into bands, among which those to compute are shared out evenly.
@@ -115,40 +109,30 @@ fn cuts(rows: usize, computed: &Range<usize>, bands: usize) -> Vec<usize> {
     cuts
 }
 
-impl<'a, S: Scalar> Storage<'a, S> {
+impl<'a, S: Scalar> Storage<'a, '_, S> {
     fn bands(&mut self) -> Vec<Band<'a, '_, S>> {
-        let length = self.ply.length;
-        // A ply may have fewer rows than there is room for.
-        let rows = self.cuts[self.cuts.len() - 1];
-        let mut nodes = &mut self.nodes[..(rows + 1) * length[0]];
-        let mut low = &*take(&mut nodes, length[0]);
-        let mut rest = RowBand {
-            first: 0,
-            nodes: take(&mut nodes, (rows - 1) * length[0]),
-            elements: &mut self.elements[..rows * length[1]],
-            element_totals: &mut self.element_totals[..rows],
-            node_totals: &mut self.node_totals[1..rows],
-        };
+        let (first, nodes) = self.nodes.split_at_mut(1);
+        let (nodes, last) = nodes.split_at_mut(self.elements.len() - 1);
+        let (mut low, last) = (&*first[0].0, &*last[0].0);
+        let mut rest = RowBand { first: 0, nodes, elements: self.elements };
         let mut bands = Vec::with_capacity(self.cuts.len() - 1);
         for (band, &row) in self.cuts[1..self.cuts.len() - 1].iter().enumerate() {
-            let (strip, (middle, _), high) = rest.cut(row, length);
-            let middle = &*middle;
+            let (strip, middle, high) = rest.cut(row);
+            let middle = &*middle.0;
             bands.push((band, &self.ply, strip, [low, middle]));
             (low, rest) = (middle, high);
         }
-        bands.push((self.cuts.len() - 2, &self.ply, rest, [low, &*nodes]));
+        bands.push((self.cuts.len() - 2, &self.ply, rest, [low, last]));
         bands
     }
 
     /// Moves the rows of nodes at the ends of bands, once all bands have read them.
     fn move_ends(&mut self) {
-        let [length, element_length] = self.ply.length;
-        let row_of_elements = |row: usize| &self.elements[row * element_length..(row + 1) * element_length];
+        let elements = |row: Option<usize>| {
+            row.and_then(|row| self.elements.get(row)).map_or(self.ply.nothing, |(numbers, _)| numbers)
+        };
         for &row in &self.cuts {
-            let below = if row > 0 { row_of_elements(row - 1) } else { self.ply.nothing };
-            let above = if row < self.cuts[self.cuts.len() - 1] { row_of_elements(row) } else { self.ply.nothing };
-            let node = &mut self.nodes[row * length..(row + 1) * length];
-            self.ply.move_nodes(row, below, above, node, &mut self.node_totals[row]);
+            self.ply.move_nodes(row, elements(row.checked_sub(1)), elements(Some(row)), &mut self.nodes[row]);
         }
     }
 }
@@ -166,13 +150,12 @@ pub(super) fn sweep<S: Scalar>(
     // The first step computes everything, so that yarn heights at rest are those the unit cell finds.
     let all = *step == 0;
     let times = [if all { 0.0 } else { model.dt }, kick, model.dt];
-    let length = [nodes.row_length(), elements.row_length()];
     let rows = model.grid.rows;
     let bands = rayon::current_num_threads().min(BANDS);
-    let plies = (nodes.data.chunks_mut((rows + 1) * length[0]))
-        .zip(elements.data.chunks_mut(rows * length[1]))
-        .zip(element_totals.chunks_mut(rows).zip(node_totals.chunks_mut(rows + 1)));
-    let storage = |(ply, ((nodes, elements), (element_totals, node_totals)))| {
+    let mut nodes = lines(&mut nodes.data, node_totals);
+    let mut elements = lines(&mut elements.data, element_totals);
+    let plies = nodes.chunks_mut(rows + 1).zip(elements.chunks_mut(rows)).enumerate();
+    let plies = plies.map(|(ply, (nodes, elements))| {
         let (ply_type, reached): (_, &ActiveRegion) = (model.ply_type(ply), &active[ply]);
         let mesh = &ply_type.mesh;
         let ply = PlyPass {
@@ -185,12 +168,12 @@ pub(super) fn sweep<S: Scalar>(
             times,
             sample,
             clay: model.clay(ply),
-            length,
         };
         let cuts = cuts(mesh.rows, &ply.elements[0], bands);
-        Storage { ply, cuts, nodes, elements, element_totals, node_totals }
-    };
-    let mut plies: Vec<_> = plies.enumerate().map(storage).collect();
+        // A ply may have fewer rows than there is room for.
+        Storage { ply, cuts, nodes: &mut nodes[..=mesh.rows], elements: &mut elements[..mesh.rows] }
+    });
+    let mut plies: Vec<_> = plies.collect();
     // Band by band, so that a thread has the same rows of neighbouring plies, which look at each other in contact.
     let mut bands: Vec<_> = plies.iter_mut().flat_map(Storage::bands).collect();
     bands.sort_by_key(|(number, ..)| *number);
@@ -200,42 +183,35 @@ pub(super) fn sweep<S: Scalar>(
 
 impl<S: Scalar> PlyPass<'_, S> {
     /// A strip between two rows of nodes, which nothing moves before it is done; block by block.
-    fn strip(&self, mut strip: RowBand<'_, S>, [below, above]: [&[S]; 2]) {
-        let rows = strip.element_totals.len();
+    fn strip(&self, mut strip: RowBand<'_, '_, S>, [below, above]: [&[S]; 2]) {
+        let rows = strip.elements.len();
         if rows <= BLOCK {
             self.rows(strip, [below, above]);
             return;
         }
         let middle = strip.first + rows / 2;
-        let (low, (nodes, _), high) = strip.lend().cut(middle, self.length);
-        let nodes = &*nodes;
+        let (low, (nodes, _), high) = strip.lend().cut(middle);
+        let nodes = &**nodes;
         rayon::join(|| self.strip(low, [below, nodes]), || self.strip(high, [nodes, above]));
-        let (low, (nodes, totals), high) = strip.cut(middle, self.length);
-        let length = self.length[1];
-        self.move_nodes(middle, &low.elements[low.elements.len() - length..], &high.elements[..length], nodes, totals);
+        let (low, line, high) = strip.cut(middle);
+        self.move_nodes(middle, low.elements[low.elements.len() - 1].0, high.elements[0].0, line);
     }
 
     /// A block, row by row.
-    fn rows(&self, strip: RowBand<'_, S>, [below, above]: [&[S]; 2]) {
-        let [length, element_length] = self.length;
-        let RowBand { first, nodes, elements, element_totals, node_totals } = strip;
-        let rows = element_totals.len();
-        for (at, totals) in element_totals.iter_mut().enumerate() {
-            let under = if at == 0 { below } else { &nodes[(at - 1) * length..at * length] };
-            let over = if at + 1 == rows { above } else { &nodes[at * length..(at + 1) * length] };
-            let row = &mut elements[at * element_length..(at + 1) * element_length];
-            self.load_elements(first + at, [under, over], row, totals);
+    fn rows(&self, RowBand { first, nodes, elements }: RowBand<'_, '_, S>, [below, above]: [&[S]; 2]) {
+        let rows = elements.len();
+        for at in 0..rows {
+            let under = if at == 0 { below } else { &*nodes[at - 1].0 };
+            let over = if at + 1 == rows { above } else { &*nodes[at].0 };
+            self.load_elements(first + at, [under, over], &mut elements[at]);
             if at > 0 {
-                let around = &elements[(at - 1) * element_length..(at + 1) * element_length];
-                let (last, this) = around.split_at(element_length);
-                let row = &mut nodes[(at - 1) * length..at * length];
-                self.move_nodes(first + at, last, this, row, &mut node_totals[at - 1]);
+                self.move_nodes(first + at, elements[at - 1].0, elements[at].0, &mut nodes[at - 1]);
             }
         }
     }
 
     /// One row of elements, from the rows of nodes below and above it.
-    fn load_elements(&self, row: usize, [below, above]: [&[S]; 2], element: &mut [S], totals: &mut ElementTotals) {
+    fn load_elements(&self, row: usize, [below, above]: [&[S]; 2], (element, totals): &mut ElementLine<'_, S>) {
         totals.clear();
         let [rows, columns] = &self.elements;
         if !rows.contains(&row) {
@@ -243,7 +219,7 @@ impl<S: Scalar> PlyPass<'_, S> {
         }
         totals.computed = columns.len();
         let (grid, ply_type) = (self.grid, self.ply_type);
-        let stride = grid.element_stride;
+        let (stride, ahead) = (grid.element_stride, [element.len(), below.len()]);
         let (element, more) = element.split_at_mut(element::COUNT * stride);
         let (more, strain) = more.split_at_mut(more.len() - element::STRAIN * stride);
         let (viscous, rate) = more.split_at_mut(more.len().min(element::VISCOUS * stride));
@@ -258,7 +234,7 @@ impl<S: Scalar> PlyPass<'_, S> {
             width: &ply_type.columns.width,
             per_width: &ply_type.columns.per_width,
             law_energy: ply_type.law_energy.as_deref(),
-            ahead: [self.length[1], self.length[0]],
+            ahead,
             range: columns.clone(),
             dt: self.times[0],
             sample: self.sample,
@@ -267,8 +243,8 @@ impl<S: Scalar> PlyPass<'_, S> {
     }
 
     /// One row of nodes, from the rows of elements below and above it.
-    fn move_nodes(&self, row: usize, below: &[S], above: &[S], node: &mut [S], totals: &mut NodeTotals) {
-        *totals = NodeTotals::default();
+    fn move_nodes(&self, row: usize, below: &[S], above: &[S], (node, totals): &mut NodeLine<'_, S>) {
+        **totals = NodeTotals::default();
         if !self.nodes.rows.contains(&row) {
             return;
         }
@@ -287,7 +263,7 @@ impl<S: Scalar> PlyPass<'_, S> {
         };
         let (node, crater) = node.split_at_mut(field::COUNT * grid.node_stride);
         let [x, y, z, u, v, w] = split_mut(node, grid.node_stride);
-        *totals = self.kernels.nodes(&pass, &mut [x, y, z, u, v, w, crater]);
+        **totals = self.kernels.nodes(&pass, &mut [x, y, z, u, v, w, crater]);
     }
 }
 
