@@ -236,13 +236,12 @@ impl Sizes {
     /// # Errors
     /// [`DeviceError::TooLarge`] with the buffer that does not fit and the memory needed.
     pub fn check(&self, limits: &wgpu::Limits, adapter: &str) -> Result<(), DeviceError> {
-        let binding = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
         let lines = [self.texture_rows, limits.max_texture_dimension_2d.into()].map(|rows| rows * TEXTURE_ROW);
         let buffers = BufferId::ALL.map(|name| (name.variable(), [self.bytes(name), largest_binding(limits)]));
-        for (buffer, [needed, most]) in buffers.into_iter().chain([("grid_lines", lines)]) {
-            if needed > most {
-                let (adapter, limit) = (adapter.to_owned(), if buffer == "grid_lines" { most } else { binding });
-                return Err(DeviceError::TooLarge { adapter, buffer, needed, limit, total: self.total() });
+        for (buffer, [needed, limit]) in buffers.into_iter().chain([("grid_lines", lines)]) {
+            if needed > limit {
+                let (adapter, total) = (adapter.to_owned(), self.total());
+                return Err(DeviceError::TooLarge { adapter, buffer, needed, limit, total });
             }
         }
         Ok(())
