@@ -150,25 +150,16 @@ pub struct Balance {
 impl Balance {
     /// Balance of a number of scenes like this.
     #[must_use]
-    pub fn times(self, copies: f64) -> Self {
-        Self {
-            kinetic: self.kinetic * copies,
-            internal: self.internal * copies,
-            stored: self.stored * copies,
-            law: self.law * copies,
-            hourglass: self.hourglass * copies,
-            viscous: self.viscous * copies,
-            contact: self.contact * copies,
-            friction: self.friction * copies,
-            separation: self.separation * copies,
-            backing: self.backing * copies,
-            failure: self.failure * copies,
-            projectile: self.projectile * copies,
-            external: self.external * copies,
-            error: self.error * copies,
-            gained: self.gained * copies,
-            ..self
+    pub fn times(mut self, copies: f64) -> Self {
+        let Self { kinetic, internal, stored, law, hourglass, viscous, failure, .. } = &mut self;
+        for of_fabric in [kinetic, internal, stored, law, hourglass, viscous, failure] {
+            *of_fabric *= copies;
         }
+        let Self { contact, friction, separation, backing, projectile, external, error, gained, .. } = &mut self;
+        for exchanged in [contact, friction, separation, backing, projectile, external, error, gained] {
+            *exchanged *= copies;
+        }
+        self
     }
 }
 
