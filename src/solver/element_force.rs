@@ -65,8 +65,7 @@ pub fn element_force<R: Real>(
         let left = trellis.map(|trellis| trellis.only(yarns.both_left));
         let (warp, weft) = membrane(&motion.size, &motion.k, &in_plane, left.as_ref());
         let on_mode = mode_force(&motion.size, &motion.k, &elastic, left.as_ref());
-        let forces = Forces { viscous, trellis, membrane: [warp, weft], on_mode };
-        let elements = Elements { column, motion, cell, yarns, forces };
+        let elements = Elements { column, motion, cell, yarns, viscous, trellis, membrane: [warp, weft], on_mode };
         elements.store(row);
 
         let counted = n.within(column, &range);
@@ -103,7 +102,14 @@ pub(super) struct Elements<R: Real> {
     pub(super) motion: Motion<R>,
     pub(super) cell: Equilibrium<R>,
     pub(super) yarns: YarnsLeft<R>,
-    pub(super) forces: Forces<R>,
+    /// Viscous forces of the yarns [N].
+    pub(super) viscous: [R; 2],
+    /// Trellis shear of elements with two yarns; `None`: the fabric resists none.
+    pub(super) trellis: Option<FadedShear<R>>,
+    /// P1·Ly/2 and P2·Lx/2 [N].
+    pub(super) membrane: [Vector<R>; 2],
+    /// Force of the yarns on the difference of opposite edges [N].
+    pub(super) on_mode: Vector<R>,
 }
 
 impl<R: Real> Elements<R> {
@@ -118,11 +124,11 @@ impl<R: Real> Elements<R> {
     #[inline(always)]
     pub(super) fn store(&self, row: &mut ElementRow<'_, R::Scalar>) {
         let (at, any) = (self.column + 1, self.yarns.any);
-        let [warp, weft] = &self.forces.membrane;
+        let [warp, weft] = &self.membrane;
         let zero = warp[0].zero();
         let stiffness = self.hourglass(self.yarns.both_left);
         for a in 0..3 {
-            let mode = stiffness.fused(self.motion.k.mode[a], self.forces.on_mode[a]);
+            let mode = stiffness.fused(self.motion.k.mode[a], self.on_mode[a]);
             R::select(any, warp[a], zero).store(row.element[field::WARP_FORCE + a], at);
             R::select(any, weft[a], zero).store(row.element[field::WEFT_FORCE + a], at);
             R::select(any, mode, zero).store(row.element[field::HOURGLASS + a], at);
@@ -250,18 +256,6 @@ impl<R: Real> YarnsLeft<R> {
             strain
         })
     }
-}
-
-/// Forces on them.
-pub(super) struct Forces<R> {
-    /// Viscous forces of the yarns [N].
-    pub(super) viscous: [R; 2],
-    /// Trellis shear of elements with two yarns; `None`: the fabric resists none.
-    pub(super) trellis: Option<FadedShear<R>>,
-    /// P1·Ly/2 and P2·Lx/2 [N].
-    pub(super) membrane: [Vector<R>; 2],
-    /// Force of the yarns on the difference of opposite edges [N].
-    pub(super) on_mode: Vector<R>,
 }
 
 /// Viscous forces of the yarns [N], which it keeps, and what they dissipated since the last step [J].

@@ -7,6 +7,7 @@ use crate::num::scalar::{Mask, OrderedSum, Real, Scalar, each};
 use crate::physics::crossover;
 use crate::physics::kinematics::{ElementConstants, dot};
 use crate::physics::membrane::{membrane, mode_force};
+use crate::solver::FailureEvent;
 use crate::solver::element_force::{Elements, Motion};
 
 /// Fields of an element row, in storage order.
@@ -83,17 +84,6 @@ pub(super) fn corners<R: Real>(n: R, row: &ElementRow<'_, R::Scalar>, field: usi
     [n.load(below, column), n.load(below, column + 1), n.load(above, column + 1), n.load(above, column)]
 }
 
-/// A yarn that failed in this step.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct YarnFailure {
-    /// Element column.
-    pub column: u32,
-    /// 0 warp, 1 weft.
-    pub yarn: u8,
-    /// Axial strain that broke it [-].
-    pub strain: f64,
-}
-
 /// Sums of one row of elements over one step.
 #[derive(Clone, Debug, Default)]
 pub struct ElementTotals {
@@ -123,8 +113,8 @@ pub struct ElementTotals {
     pub largest_strain: [f64; 2],
     /// Elements computed.
     pub computed: usize,
-    /// Yarn failures in column order.
-    pub failures: Vec<YarnFailure>,
+    /// Yarn failures in column order, with column, yarn and strain alone.
+    pub failures: Vec<FailureEvent>,
 }
 
 impl ElementTotals {
@@ -201,12 +191,12 @@ pub(super) fn release<R: Real>(
     sums: &mut RowSums,
     totals: &mut ElementTotals,
 ) {
-    let Elements { column, motion, cell, yarns, forces } = elements;
+    let Elements { column, motion, cell, yarns, viscous, trellis, membrane: [warp, weft], on_mode } = elements;
     let Motion { size, k, v } = motion;
     let n = c.area;
     let zero = n.zero();
     let (both, any_failed) = (yarns.both, yarns.any_failed);
-    let was = forces.trellis.map(|trellis| trellis.only(both));
+    let was = trellis.map(|trellis| trellis.only(both));
     let shear_before = was.map_or(zero, |was| was.energy);
     let tension = each!(i in 2 => R::select(yarns.was_alive[i], cell.tension[i], zero));
     let cells = size.cells * crossover::cell_energy(&c.cell, &tension, &cell.strain, cell.force);
@@ -216,14 +206,13 @@ pub(super) fn release<R: Real>(
     // Forces that break in this step never act, so the last half step's work on them was not done either.
     // Of what acts now only the elastic part changes what is stored.
     let elastic = each!(i in 2 => R::select(yarns.was_alive[i], cell.in_plane[i], zero));
-    let intact = each!(i in 2 => elastic[i] + forces.viscous[i]);
+    let intact = each!(i in 2 => elastic[i] + viscous[i]);
     let (warp_intact, weft_intact) = membrane(size, k, &intact, was.as_ref());
     let mode_intact = mode_force(size, k, &elastic, was.as_ref());
-    let [warp, weft] = &forces.membrane;
     let mut undone = zero;
     for a in 0..3 {
         undone = undone + (warp_intact[a] - warp[a]) * v[a][0] + (weft_intact[a] - weft[a]) * v[a][1];
-        undone = undone + (mode_intact[a] - forces.on_mode[a]) * v[a][2];
+        undone = undone + (mode_intact[a] - on_mode[a]) * v[a][2];
     }
     let loss = before - after - n.splat_like(0.5 * dt) * undone;
     sums.released[0].add(R::select(any_failed, loss, zero), *column);
@@ -240,10 +229,11 @@ pub(super) fn release<R: Real>(
         for yarn in 0..2 {
             if yarns.failed[yarn].lane(lane) {
                 row.element[field::ALIVE + yarn][column + 1 + lane] = R::Scalar::splat(0.0);
-                totals.failures.push(YarnFailure {
-                    column: (column + lane) as u32,
+                totals.failures.push(FailureEvent {
+                    i: (column + lane) as u32,
                     yarn: yarn as u8,
                     strain: cell.strain[yarn].lane(lane).to_f64(),
+                    ..FailureEvent::default()
                 });
             }
         }
@@ -259,7 +249,7 @@ pub(super) fn energies<R: Real>(
     sums: &mut RowSums,
     maxima: &mut RowMaxima<R>,
 ) {
-    let Elements { column, motion, cell, yarns, forces } = elements;
+    let Elements { column, motion, cell, yarns, trellis, .. } = elements;
     let Motion { size, k, .. } = motion;
     let n = c.area;
     let zero = n.zero();
@@ -268,7 +258,7 @@ pub(super) fn energies<R: Real>(
         each!(i in 2 => R::select(yarns.alive[i], R::select(both_left, cell.tension[i], yarns.free[i]), zero));
     let strain = each!(i in 2 => R::select(both_left, cell.strain[i], yarns.free_strain[i]));
     let force = R::select(both_left, cell.force, zero);
-    let shear_energy = forces.trellis.map_or(zero, |trellis| trellis.only(both_left).energy);
+    let shear_energy = trellis.map_or(zero, |trellis| trellis.only(both_left).energy);
     let cells = size.cells * crossover::cell_energy(&c.cell, &tension, &strain, force);
     let energy = cells + size.area * shear_energy;
     sums.stored.add(R::select(any, energy, zero), *column);

@@ -342,17 +342,10 @@ impl<S: KernelScalar> Stepper<S> {
             totals.computed += row.computed as u64;
             let (ply, j) = model.grid.element_row(index);
             for (at, f) in row.failures.iter().enumerate() {
-                self.failures.push(FailureEvent {
-                    step: state.step,
-                    ply: ply as u32,
-                    i: f.column,
-                    j: j as u32,
-                    yarn: f.yarn,
-                    strain: f.strain,
-                });
+                self.failures.push(FailureEvent { step: state.step, ply: ply as u32, j: j as u32, ..*f });
                 // The last failure of an element that has nothing left is its erosion.
-                let last = row.failures.get(at + 1).is_none_or(|next| next.column != f.column);
-                totals.eroded += u64::from(last && !state.is_intact(index, f.column as usize));
+                let last = row.failures.get(at + 1).is_none_or(|next| next.i != f.i);
+                totals.eroded += u64::from(last && !state.is_intact(index, f.i as usize));
             }
         }
         if *sample {

@@ -141,7 +141,7 @@ impl<S: Scalar> Patch<S> {
             sums.released[0] += t.released[0];
             sums.released[1] += t.released[1];
             sums.max_deflection = sums.max_deflection.max(t.max_deflection);
-            sums.failures.extend(t.failures.iter().map(|f| (row, f.column as usize, f.yarn, f.strain)));
+            sums.failures.extend(t.failures.iter().map(|f| (row, f.i as usize, f.yarn, f.strain)));
         }
         [sums.max_tension, _] = solver::failure::yarn_loads(&self.model, &self.state, None);
         sums
