@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use crate::case::{Case, Edge, Edges, Layer, Shape, Variability};
 use crate::model::mesh::Mesh;
 use crate::model::{Model, Ply};
+use crate::num::scalar::Scalar;
 use crate::physics::rigid_body::{Cut, MirrorPlanes, RigidBody};
 
 /// Layers of a case that differ from each other, and its plies, the struck one first.
@@ -52,7 +53,7 @@ const INWARD: f64 = 1.0 - 1e-9;
 
 /// Element (row·columns + column) of the ply in front, then of the ply behind, nearest to each node at rest; shape
 /// (plies, 2, (rows + 1)·(columns + 1)) of the storage grid. Empty for a single ply.
-pub(crate) fn over_at_rest<S>(model: &Model<S>) -> Vec<u32> {
+pub(crate) fn over_at_rest<S: Scalar>(model: &Model<S>) -> Vec<u32> {
     let plies = model.plies.len();
     if plies < 2 {
         return Vec::new();
@@ -64,15 +65,12 @@ pub(crate) fn over_at_rest<S>(model: &Model<S>) -> Vec<u32> {
     for (at, part) in over.chunks_mut(per_side).enumerate() {
         let (ply, side) = (at / SIDES, at % SIDES);
         let Some(other) = neighbour(ply, side, plies) else { continue };
-        let (mesh, theirs) =
-            (&model.ply_types[model.plies[ply].ply_type].mesh, &model.ply_types[model.plies[other].ply_type].mesh);
-        for row in 0..=mesh.rows {
-            for column in 0..=mesh.columns {
-                let [x, y] = mesh.reference(row, column);
-                let [x, y, _] = theirs.to_ply(mesh.to_pack([x, y, 0.0]));
-                let [row_over, column_over] = theirs.element_at([x, y].map(|at| at * inward));
-                part[row * (model.grid.columns + 1) + column] = (row_over * theirs.columns + column_over) as u32;
-            }
+        let (own, theirs) = (model.ply_type(ply), &model.ply_type(other).mesh);
+        for (row, column) in own.nodes() {
+            let [x, y] = own.mesh.reference(row, column);
+            let [x, y, _] = theirs.to_ply(own.mesh.to_pack([x, y, 0.0]));
+            let [row_over, column_over] = theirs.element_at([x, y].map(|at| at * inward));
+            part[row * (model.grid.columns + 1) + column] = (row_over * theirs.columns + column_over) as u32;
         }
     }
     over

@@ -68,13 +68,6 @@ pub struct Ply {
     pub touching: f64,
 }
 
-impl<S> Model<S> {
-    /// Places for nodes in every ply.
-    pub fn nodes_per_ply(&self) -> usize {
-        (self.grid.rows + 1) * (self.grid.columns + 1)
-    }
-}
-
 impl<S: Scalar> Model<S> {
     /// Derives the model of the whole scene from a case.
     ///
@@ -128,6 +121,11 @@ impl<S: Scalar> Model<S> {
             planes,
             mirror,
         })
+    }
+
+    /// Places for nodes in every ply.
+    pub fn nodes_per_ply(&self) -> usize {
+        (self.grid.rows + 1) * (self.grid.columns + 1)
     }
 
     /// Features of the scene.

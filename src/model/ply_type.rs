@@ -12,7 +12,7 @@ use crate::num::scalar::Scalar;
 use crate::physics::crossover::compression_energy;
 use crate::physics::kinematics::{ElementConstants, RateConstants};
 use crate::physics::membrane::ShearConstants;
-use crate::physics::rigid_body::{Cut, MirrorPlanes};
+use crate::physics::rigid_body::MirrorPlanes;
 use crate::physics::unit_cell_parameters::UnitCellParameters;
 use crate::physics::yarn_law::Sinusoidal;
 
@@ -256,25 +256,18 @@ fn row_masses<S: Scalar>(mesh: &Mesh, areal_density: f64, [edges, opening]: [&Ed
     out
 }
 
-/// A node in a frame that is not plain: quarters of the elements around it that are there, over the finest element [-], and whether all its
-/// displacements are held, as those of a node without elements are. `edges`: of the opening, and of the mesh where that is the opening.
+/// A node in a frame that is not plain: quarters of the elements around it that are there, over the finest element [-], and whether the frame
+/// holds all its displacements, or no element does. `edges`: of the opening.
 fn fixture(mesh: &Mesh, edges: &Edges, row: usize, column: usize) -> (f64, bool) {
     let [x, y] = mesh.reference(row, column);
     let [x, y, _] = mesh.to_pack([x, y, 0.0]);
-    let sides = [
-        (column == 0 && mesh.cut[0] != Cut::First, edges.left),
-        (column == mesh.columns && mesh.cut[0] != Cut::Last, edges.right),
-        (row == 0 && mesh.cut[1] != Cut::First, edges.bottom),
-        (row == mesh.rows && mesh.cut[1] != Cut::Last, edges.top),
-    ];
     let present = |&[row, column]: &[usize; 2]| mesh.is_present(row, column);
     let share: f64 =
         mesh.around(row, column).filter(present).map(|[r, c]| 0.25 * mesh.widths(r, c).iter().product::<f64>()).sum();
-    let is_edge = sides.iter().any(|(at, _)| *at) || !mesh.around(row, column).all(|element| present(&element));
-    let clamped = match mesh.frame.opening {
-        Opening::Mesh => sides.contains(&(true, Edge::Clamped)),
-        _ => is_edge && mesh.frame.clamps(edges, [x, y]),
-    };
+    let [cut_x, cut_y] = mesh.cut_across(row, column);
+    let is_side = [0, mesh.columns].contains(&column) && !cut_x || [0, mesh.rows].contains(&row) && !cut_y;
+    let is_edge = is_side || !mesh.around(row, column).all(|element| present(&element));
+    let clamped = mesh.frame.opening != Opening::Mesh && is_edge && mesh.frame.clamps(edges, [x, y]);
     (share, share == 0.0 || clamped || mesh.frame.clamps_corner([x, y]))
 }
 
