@@ -75,14 +75,9 @@ impl Weibull {
         self.scale * (-(-uniform).ln_1p() * self.gauge / length).powf(1.0 / self.shape)
     }
 
-    /// Yarn with its scale stated for another gauge length.
-    pub fn at_gauge(&self, gauge: f64) -> Self {
-        Self { scale: self.scale * (self.gauge / gauge).powf(1.0 / self.shape), gauge, ..*self }
-    }
-
     /// Mean strength of a length.
     pub fn mean(&self, length: f64) -> f64 {
-        self.at_gauge(length).scale * tgamma(1.0 + 1.0 / self.shape)
+        self.scale * (self.gauge / length).powf(1.0 / self.shape) * tgamma(1.0 + 1.0 / self.shape)
     }
 }
 
