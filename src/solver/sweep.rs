@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
-use crate::model::mesh::Grid;
+use crate::model::Model;
 use crate::model::ply_type::PlyType;
 use crate::num::scalar::{Real, Scalar};
 #[cfg(not(feature = "quick-build"))]
@@ -69,8 +69,8 @@ impl<'a, 'b, S> RowBand<'a, 'b, S> {
 
 /// Pass over the rows of a ply.
 struct PlyPass<'a, S: Scalar> {
-    grid: &'a Grid,
-    ply_type: &'a PlyType<S>,
+    model: &'a Model<S>,
+    ply: usize,
     kernels: &'a dyn RowKernels<S>,
     /// Zeros for a row of nodes without elements on one side.
     nothing: &'a [S],
@@ -81,8 +81,6 @@ struct PlyPass<'a, S: Scalar> {
     /// Time since the last forces; of this kick; of this drift [s].
     times: [f64; 3],
     sample: bool,
-    /// See [`NodePass`].
-    clay: Option<[f64; 3]>,
 }
 
 /// A ply and its rows.
@@ -156,18 +154,16 @@ pub(super) fn sweep<S: Scalar>(
     let mut elements = lines(&mut elements.data, element_totals);
     let plies = nodes.chunks_mut(rows + 1).zip(elements.chunks_mut(rows)).enumerate();
     let plies = plies.map(|(ply, (nodes, elements))| {
-        let (ply_type, reached): (_, &ActiveRegion) = (model.ply_type(ply), &active[ply]);
-        let mesh = &ply_type.mesh;
+        let (mesh, reached): (_, &ActiveRegion) = (&model.ply_type(ply).mesh, &active[ply]);
         let ply = PlyPass {
-            grid: &model.grid,
-            ply_type,
+            model,
+            ply,
             kernels: &*kernels[model.plies[ply].ply_type],
             nothing,
             elements: if all { [0..mesh.rows, 0..mesh.columns] } else { reached.elements(mesh) },
             nodes: reached.grown(1, mesh),
             times,
             sample,
-            clay: model.clay(ply),
         };
         let cuts = cuts(mesh.rows, &ply.elements[0], bands);
         // A ply may have fewer rows than there is room for.
@@ -218,7 +214,7 @@ impl<S: Scalar> PlyPass<'_, S> {
             return;
         }
         totals.computed = columns.len();
-        let (grid, ply_type) = (self.grid, self.ply_type);
+        let (grid, ply_type) = (&self.model.grid, self.model.ply_type(self.ply));
         let (stride, ahead) = (grid.element_stride, [element.len(), below.len()]);
         let (element, more) = element.split_at_mut(element::COUNT * stride);
         let (more, strain) = more.split_at_mut(more.len() - element::STRAIN * stride);
@@ -248,7 +244,7 @@ impl<S: Scalar> PlyPass<'_, S> {
         if !self.nodes.rows.contains(&row) {
             return;
         }
-        let (grid, ply_type) = (self.grid, self.ply_type);
+        let (grid, ply_type) = (&self.model.grid, self.model.ply_type(self.ply));
         let m = ply_type.row_mass(row);
         let pass = NodePass {
             around: Neighbours { below: split(below, grid.element_stride), above: split(above, grid.element_stride) },
@@ -259,7 +255,7 @@ impl<S: Scalar> PlyPass<'_, S> {
             edge_row: row == 0 || row == ply_type.mesh.rows || !ply_type.mesh.frame.is_plain(),
             times: self.times,
             sample: self.sample,
-            clay: self.clay,
+            clay: self.model.clay(self.ply),
         };
         let (node, crater) = node.split_at_mut(field::COUNT * grid.node_stride);
         let [x, y, z, u, v, w] = split_mut(node, grid.node_stride);
