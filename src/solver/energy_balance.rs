@@ -7,12 +7,15 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
+use crate::model::Model;
 use crate::model::mesh::Grid;
+use crate::num::scalar::Scalar;
 use crate::physics::rigid_body::{MirrorPlanes, RigidBody};
 use crate::solver::contact::projectile_contact::ContactTotals;
 use crate::solver::element_totals::ElementTotals;
 use crate::solver::node_update::NodeTotals;
 use crate::solver::state::Given;
+use crate::solver::to_pack;
 
 /// Running sums and the last sample.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -200,21 +203,16 @@ impl EnergyBalance {
         }));
     }
 
-    /// Takes the node sums of a sampling step, row by row. `to_pack`: a vector of a row in the axes of the pack.
-    pub(crate) fn sample_nodes(
-        &mut self,
-        rows: &[NodeTotals],
-        grid: &Grid,
-        to_pack: impl Fn(usize, [f64; 3]) -> [f64; 3],
-    ) {
+    /// Takes the node sums of a sampling step, row by row.
+    pub(crate) fn sample_nodes<S: Scalar>(&mut self, rows: &[NodeTotals], model: &Model<S>) {
         self.momentum = [0.0; 3];
         for (index, row) in rows.iter().enumerate() {
-            add(&mut self.momentum, to_pack(index, row.momentum));
+            add(&mut self.momentum, to_pack(model, index, row.momentum));
         }
         self.crater = rows.iter().map(|row| row.clay[1]).fold(0.0, f64::max);
         let kinetic = |rows: &[NodeTotals]| rows.iter().map(|row| row.kinetic + row.work[1]).sum();
         self.kinetic = kinetic(rows);
-        let plies = self.plies.iter_mut().zip(rows.chunks(grid.rows + 1));
+        let plies = self.plies.iter_mut().zip(rows.chunks(model.grid.rows + 1));
         plies.for_each(|(ply, rows)| ply.kinetic = kinetic(rows));
     }
 

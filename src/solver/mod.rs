@@ -302,8 +302,7 @@ impl<S: KernelScalar> Stepper<S> {
         }
         context.totals.max_speed = context.totals.max_speed.sqrt();
         if context.sample {
-            let model = context.model;
-            context.balance.sample_nodes(&self.node_totals, &model.grid, |row, v| to_pack(model, row, v));
+            context.balance.sample_nodes(&self.node_totals, context.model);
         }
     }
 

@@ -201,19 +201,16 @@ impl<S: Scalar> State<S> {
         for ply in 0..grid.plies {
             let ply_type = model.ply_type(ply);
             let mesh = &ply_type.mesh;
-            for row in 0..=mesh.rows {
-                let mass = ply_type.row_mass(row);
-                let at = grid.first_node_row(ply) + row;
-                for column in 0..=mesh.columns {
-                    let x = mesh.reference(row, column);
-                    let z = initial_deflection(case, mesh, x);
-                    let start = [x[0] * ply_type.initial.stretch[0], x[1] * ply_type.initial.stretch[1], z];
-                    for a in 0..3 {
-                        nodes.set(at, node::DISPLACEMENT + a, column, S::splat(start[a]));
-                        let free = mass.inverse[a][column].to_f64() > 0.0;
-                        let speed = if free { ply_type.initial_velocity[a] } else { 0.0 };
-                        nodes.set(at, node::VELOCITY + a, column, S::splat(speed));
-                    }
+            for (row, column) in ply_type.nodes() {
+                let (at, mass) = (grid.first_node_row(ply) + row, ply_type.row_mass(row));
+                let x = mesh.reference(row, column);
+                let z = initial_deflection(case, mesh, x);
+                let start = [x[0] * ply_type.initial.stretch[0], x[1] * ply_type.initial.stretch[1], z];
+                for a in 0..3 {
+                    nodes.set(at, node::DISPLACEMENT + a, column, S::splat(start[a]));
+                    let free = mass.inverse[a][column].to_f64() > 0.0;
+                    let speed = if free { ply_type.initial_velocity[a] } else { 0.0 };
+                    nodes.set(at, node::VELOCITY + a, column, S::splat(speed));
                 }
             }
             for row in 0..mesh.rows {
@@ -340,10 +337,8 @@ fn rounding<S: Scalar>(model: &Model<S>, body: Option<&RigidBody>) -> f64 {
 /// Initial penetration is an input error, not something contact may repair.
 fn check_start<S: Scalar>(model: &Model<S>, state: &State<S>) -> Result<(), CaseError> {
     let Some(body) = &state.body else { return Ok(()) };
-    let mut deepest: f64 = 0.0;
-    for place in model.node_places() {
-        deepest = deepest.max(-body.gap(&node_position(model, state, place)).0);
-    }
+    let depths = model.node_places().map(|place| -body.gap(&node_position(model, state, place)).0);
+    let deepest = depths.fold(0.0, f64::max);
     // Room for rounding of a touching start in the state's precision.
     let rounding = 16.0 * S::EPSILON * (body.body.bounding_radius + body.position.norm());
     if deepest > rounding {
