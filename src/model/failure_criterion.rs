@@ -178,8 +178,8 @@ impl Strength {
 /// Source of the strengths.
 #[derive(Clone, Copy, Debug)]
 struct Draws {
-    seed: u32,
-    shot: u32,
+    /// Of the shot.
+    key: DrawKey,
     along: Weibull,
     /// Shortest length of yarn that differs in strength from its neighbours [m].
     shortest: f64,
@@ -198,8 +198,7 @@ impl Draws {
             Weibull { scale: 1.0 / one.mean(gauge), ..one }
         };
         Some(Self {
-            seed: *seed,
-            shot: *shot,
+            key: DrawKey { seed: u64::from(*seed), shot: *shot, element: DrawKey::WHOLE, ..DrawKey::default() },
             along: of_mean_one(shape, gauge_length),
             shortest: shortest_gauge,
             between: yarn_shape.map(|shape| of_mean_one(shape, 1.0)),
@@ -212,8 +211,7 @@ impl Draws {
         let (mesh, cell, along, across) = (&ply_type.mesh, &ply_type.cell, [column, row], [row, column]);
         let number = mesh.yarn(1 - direction, across[direction], breadth(mesh, cell)[direction]);
         let yarn = 2 * number + direction as u32;
-        let key =
-            DrawKey { seed: u64::from(self.seed), shot: self.shot, ply: ply as u32, yarn, element: DrawKey::WHOLE };
+        let key = DrawKey { ply: ply as u32, yarn, ..self.key };
         let whole = self.between.map_or(1.0, |between| between.strength(1.0, key.uniform()[0]));
         let crimped = 1.0 + cell.yarn[direction].crimp;
         let [element, yarn] = [mesh.size(row, column), mesh.whole_size()].map(|size| size[direction] * crimped);

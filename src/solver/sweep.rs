@@ -179,17 +179,16 @@ pub(super) fn sweep<S: Scalar>(
 
 impl<S: Scalar> PlyPass<'_, S> {
     /// A strip between two rows of nodes, which nothing moves before it is done; block by block.
-    fn strip(&self, mut strip: RowBand<'_, '_, S>, [below, above]: [&[S]; 2]) {
+    fn strip(&self, strip: RowBand<'_, '_, S>, [below, above]: [&[S]; 2]) {
         let rows = strip.elements.len();
         if rows <= BLOCK {
             self.rows(strip, [below, above]);
             return;
         }
         let middle = strip.first + rows / 2;
-        let (low, (nodes, _), high) = strip.lend().cut(middle);
-        let nodes = &**nodes;
-        rayon::join(|| self.strip(low, [below, nodes]), || self.strip(high, [nodes, above]));
-        let (low, line, high) = strip.cut(middle);
+        let (mut low, line, mut high) = strip.cut(middle);
+        let nodes = &*line.0;
+        rayon::join(|| self.strip(low.lend(), [below, nodes]), || self.strip(high.lend(), [nodes, above]));
         self.move_nodes(middle, low.elements[low.elements.len() - 1].0, high.elements[0].0, line);
     }
 

@@ -4,7 +4,7 @@
 //! the struck side by the thickness of the fabric that lies between, hole by hole. So the projectile meets a stack of plies
 //! in one solve, with the mass of all of them, and contact between plies has only their differences to deal with.
 
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 
 use nalgebra::Vector3;
 
@@ -15,8 +15,7 @@ use crate::physics::rigid_body::RigidBody;
 use crate::solver::Context;
 use crate::solver::contact::broad_phase::find_candidates;
 use crate::solver::contact::edge_contact::{EdgeConstraint, EdgeContact};
-use crate::solver::contact::projectile_contact;
-use crate::solver::contact::projectile_contact::ContactPoint;
+use crate::solver::contact::projectile_contact::{self, ContactPoint};
 use crate::solver::energy_balance::NodeCorrection;
 use crate::solver::node_update::{field as node, gather, neighbours};
 use crate::solver::state::{State, node_position, node_stands};
@@ -53,27 +52,23 @@ struct CandidateEdges {
 impl CandidateEdges {
     /// Edges of nodes in storage order; none where contact is not sampled on them.
     fn of<S: Scalar>(model: &Model<S>, candidates: &[[usize; 3]]) -> Self {
-        let mut places: Vec<_> = candidates.to_vec();
-        let edges = if model.edges { candidates.len() } else { 0 };
-        // Two edges may end at one node beyond: two of it would each be given a part of its impulse, and one be lost.
-        let mut beyond = BTreeMap::new();
-        let mut next = Vec::with_capacity(edges);
-        for at in 0..edges {
-            let [ply, row, column] = places[at];
-            let mesh = &model.ply_type(ply).mesh;
-            next.push([[ply, row, column + 1], [ply, row + 1, column]].map(|place| {
-                let found = places[..candidates.len()].binary_search(&place).ok();
-                let is_there = place[1] <= mesh.rows && place[2] <= mesh.columns;
-                found.or_else(|| {
-                    is_there.then(|| {
-                        *beyond.entry(place).or_insert_with(|| {
-                            places.push(place);
-                            places.len() - 1
-                        })
-                    })
-                })
-            }));
+        if !model.edges {
+            return Self { places: candidates.to_vec(), next: Vec::new() };
         }
+        let ends = |[ply, row, column]: [usize; 3]| [[ply, row, column + 1], [ply, row + 1, column]];
+        let is_there = |&[ply, row, column]: &[usize; 3]| {
+            let mesh = &model.ply_type(ply).mesh;
+            row <= mesh.rows && column <= mesh.columns
+        };
+        // Two edges may end at one node beyond: two of it would each be given a part of its impulse, and one be lost.
+        let all: BTreeSet<_> = candidates.iter().flat_map(|place| ends(*place)).filter(is_there).collect();
+        let beyond = all.into_iter().filter(|place| candidates.binary_search(place).is_err());
+        let places: Vec<_> = candidates.iter().copied().chain(beyond).collect();
+        let (near, far) = places.split_at(candidates.len());
+        let find = |place: [usize; 3]| {
+            near.binary_search(&place).or_else(|_| far.binary_search(&place).map(|at| near.len() + at)).ok()
+        };
+        let next = near.iter().map(|place| ends(*place).map(find)).collect();
         Self { places, next }
     }
 }
