@@ -33,8 +33,9 @@ pub(super) const BANDS: usize = 4;
 /// Plies whose rows at the ends of bands one thread moves: a few rows take no longer than sharing them out.
 const TOGETHER: usize = 16;
 
-/// Numbers and totals of a row of elements, of a row of nodes.
+/// Numbers and totals of a row of elements.
 type ElementLine<'a, S> = (&'a mut [S], &'a mut ElementTotals);
+/// Numbers and totals of a row of nodes.
 type NodeLine<'a, S> = (&'a mut [S], &'a mut NodeTotals);
 
 /// Rows of elements from `first` on, with the rows of nodes strictly between them.

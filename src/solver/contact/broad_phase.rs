@@ -1,9 +1,9 @@
 //! The broad phase of contact: lets through the nodes that may touch a cell of the neighbouring ply, and lists those near the projectile.
 //!
-//! The list lasts some steps. Between plies, most nodes of a strip are over a row of cells, each over the next, and touch none: as many as a register holds are looked at in
-//! one go, first whether they are certainly apart, in the precision of the state, then whether they stand clear of their cell, in
-//! double precision. What neither shows is let through and looked at one by one. No outcome depends on it: what it
-//! holds back would be left as it is.
+//! The list lasts some steps. Between plies, most nodes of a strip are over a row of cells, each over the next, and touch none: as many as
+//! a register holds are looked at in one go, first whether they are certainly apart, in the precision of the state, then whether they
+//! stand clear of their cell, in double precision. What neither shows is let through and looked at one by one. No outcome depends on it:
+//! what it holds back would be left as it is.
 
 use std::ops::{Range, RangeInclusive};
 
