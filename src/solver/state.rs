@@ -71,14 +71,11 @@ pub fn split<S, const F: usize>(row: &[S], stride: usize) -> [&[S]; F] {
 /// The fields of one row, writable.
 pub fn split_mut<S, const F: usize>(row: &mut [S], stride: usize) -> [&mut [S]; F] {
     let mut rest = row;
-    std::array::from_fn(|_| take(&mut rest, stride))
-}
-
-/// The first `count` of what is left.
-pub(crate) fn take<'a, T>(rest: &mut &'a mut [T], count: usize) -> &'a mut [T] {
-    let (head, tail) = std::mem::take(rest).split_at_mut(count);
-    *rest = tail;
-    head
+    std::array::from_fn(|_| {
+        let (field, others) = std::mem::take(&mut rest).split_at_mut(stride);
+        rest = others;
+        field
+    })
 }
 
 /// Rectangle of nodes of a ply that may have moved or move; it grows by one ring a step.
