@@ -10,7 +10,7 @@
 
 use crate::case::{CaseError, Edge, Edges, InitialDeflection, Pack};
 use crate::num::bisect;
-use crate::physics::crossover;
+use crate::physics::crossover::{self, Equilibrium};
 use crate::physics::kinematics::ElementConstants;
 use crate::physics::membrane::{LONGEST_LEVER, largest_tangent};
 use crate::physics::unit_cell_parameters::UnitCellParameters;
@@ -105,15 +105,6 @@ pub struct InitialStretch {
     pub height: [f64; 2],
 }
 
-/// Membrane forces per reference length N1, N2 [N/m], yarn strains and heights at a stretch.
-fn membrane(cell: &UnitCellParameters<f64>, stretch: [f64; 2]) -> ([f64; 2], [f64; 2], [f64; 2]) {
-    let warm = [cell.yarn[0].height, cell.yarn[1].height];
-    // Where a yarn is absent the heights sum up to nothing, and the other one straightens freely.
-    let e = crossover::solve::<f64, Sinusoidal>(cell, stretch, warm, true);
-    let force = [e.in_plane[0] / (2.0 * cell.yarn[1].half_span), e.in_plane[1] / (2.0 * cell.yarn[0].half_span)];
-    (force, e.strain, e.height)
-}
-
 /// Finds the stretch that carries the pre-tension asked for; a direction without one keeps its length.
 ///
 /// # Errors
@@ -122,32 +113,36 @@ pub fn stretch_of_pretension(pack: &Pack, cell: &UnitCellParameters<f64>) -> Res
     let rest = InitialStretch { stretch: [0.0; 2], height: [cell.yarn[0].height, cell.yarn[1].height] };
     let Some(asked) = pack.pretension else { return Ok(rest) };
     let mut stretch = [0.0; 2];
+    // Where a yarn is absent the heights sum up to nothing, and the other one straightens freely.
+    let solved = |stretch: [f64; 2]| crossover::solve::<f64, Sinusoidal>(cell, stretch, rest.height, true);
+    // Per reference length [N/m].
+    let force = |there: &Equilibrium<f64>, i: usize| there.in_plane[i] / (2.0 * cell.yarn[1 - i].half_span);
     let largest = |is_below: &dyn Fn(f64) -> bool| {
         let [low, high] = bisect(RANGE, 60, is_below);
         0.5 * (low + high)
     };
     // Both membrane forces grow with both stretches, so each direction is bisected, the warp inside the weft.
     let warp = |weft: f64| match asked[0] {
-        Some(n) => largest(&|s| membrane(cell, [s, weft]).0[0] <= n),
+        Some(n) => largest(&|s| force(&solved([s, weft]), 0) <= n),
         None => 0.0,
     };
     if let Some(n) = asked[1] {
-        stretch[1] = largest(&|s| membrane(cell, [warp(s), s]).0[1] <= n);
+        stretch[1] = largest(&|s| force(&solved([warp(s), s]), 1) <= n);
     }
     stretch[0] = warp(stretch[1]);
-    let (force, strain, height) = membrane(cell, stretch);
+    let there = solved(stretch);
     for (i, yarn) in ["warp", "weft"].into_iter().enumerate() {
-        if let Some(n) = asked[i].filter(|n| (force[i] - n).abs() > 1e-6 * n.max(1.0)) {
+        if let Some(n) = asked[i].filter(|n| (force(&there, i) - n).abs() > 1e-6 * n.max(1.0)) {
             let expected = "a force that a stretch between 0.5 and 1.5 gives";
             return Err(CaseError::at("/pack/pretension", expected, format!("{n} N/m along {yarn}")));
         }
         let limit = cell.yarn[i].failure_strain;
-        if cell.yarn[i].stiffness > 0.0 && strain[i] >= limit {
+        if cell.yarn[i].stiffness > 0.0 && there.strain[i] >= limit {
             let expected = format!("a force that leaves the {yarn} below its failure strain, {limit}");
-            return Err(CaseError::at("/pack/pretension", expected, format!("a strain of {:.4}", strain[i])));
+            return Err(CaseError::at("/pack/pretension", expected, format!("a strain of {:.4}", there.strain[i])));
         }
     }
-    Ok(InitialStretch { stretch, height })
+    Ok(InitialStretch { stretch, height: there.height })
 }
 
 #[cfg(test)]
