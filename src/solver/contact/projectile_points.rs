@@ -56,13 +56,12 @@ impl CandidateEdges {
             return Self { places: candidates.to_vec(), next: Vec::new() };
         }
         let ends = |[ply, row, column]: [usize; 3]| [[ply, row, column + 1], [ply, row + 1, column]];
-        let is_there = |&[ply, row, column]: &[usize; 3]| {
-            let mesh = &model.ply_type(ply).mesh;
-            row <= mesh.rows && column <= mesh.columns
+        let is_beyond = |place: &[usize; 3]| {
+            let mesh = &model.ply_type(place[0]).mesh;
+            place[1] <= mesh.rows && place[2] <= mesh.columns && candidates.binary_search(place).is_err()
         };
         // Two edges may end at one node beyond: two of it would each be given a part of its impulse, and one be lost.
-        let all: BTreeSet<_> = candidates.iter().flat_map(|place| ends(*place)).filter(is_there).collect();
-        let beyond = all.into_iter().filter(|place| candidates.binary_search(place).is_err());
+        let beyond: BTreeSet<_> = candidates.iter().flat_map(|place| ends(*place)).filter(is_beyond).collect();
         let places: Vec<_> = candidates.iter().copied().chain(beyond).collect();
         let (near, far) = places.split_at(candidates.len());
         let find = |place: [usize; 3]| {
