@@ -11,7 +11,7 @@ use std::sync::atomic::AtomicBool;
 use std::thread::available_parallelism;
 
 use ripstop::case::{self, Case};
-use ripstop::output::report::plot::{self, Plot};
+use ripstop::output::plot::{self, Plot};
 use ripstop::output::{Folder, write_whole};
 use ripstop::run::Precision;
 use ripstop::study::batch::BatchOptions;

@@ -6,8 +6,7 @@
 //! Red when: clay acts in front of its surface, in a crater that is there, or beyond its pressure; its energy or impulse is in no sum.
 
 use ripstop::case::Case;
-use ripstop::output::report::behind;
-use ripstop::output::{margins, summary};
+use ripstop::output::{behind, margins, summary};
 use ripstop::run::outcome::Outcome;
 use ripstop::run::{Precision, Run, Simulation, Skips};
 

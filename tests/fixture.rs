@@ -274,7 +274,7 @@ fn a_disc_cut_out_of_a_window_holds_nothing() {
 
 #[test]
 fn check_and_report_say_what_is_held() {
-    let held = |sets: &[&str]| output::report::held(&builtin(ROUND, &[sets, &["/expect=[]"]].concat()));
+    let held = |sets: &[&str]| output::held(&builtin(ROUND, &[sets, &["/expect=[]"]].concat()));
     assert_eq!(held(&[]), "all outside a round window of 50.8 mm");
     let none = "/pack/window=null";
     assert_eq!(held(&[none]), "all sides clamped, cut to the frame");

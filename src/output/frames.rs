@@ -15,7 +15,7 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use rayon::prelude::*;
 
 use super::folder::{ANOTHER, FRAMES, Folder, PVD, SPOOL, StagedFrames, write_whole};
-use super::report::surface::SurfaceMesh;
+use super::surface::SurfaceMesh;
 use crate::case::{Case, CaseError, FRAMES_BYTES};
 use crate::physics::projectile_body::Body;
 use crate::physics::rigid_body::RigidBody;

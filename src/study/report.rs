@@ -9,7 +9,7 @@ use super::shots::ShotRow;
 use super::v50_result::{ThresholdSample, V50Result};
 use crate::case::{Drawn, in_words};
 use crate::output::number::short;
-use crate::output::report::plot::{Figure, Plot};
+use crate::output::plot::{Figure, Plot};
 use crate::output::report::{figure, page, table};
 use crate::run::outcome::Outcome;
 

@@ -18,7 +18,7 @@ use crate::case::{Case, CaseError, in_words};
 use crate::output::Folder;
 use crate::output::csv::{self, number};
 use crate::output::number::short;
-use crate::output::report::plot::{Figure, Plot};
+use crate::output::plot::{Figure, Plot};
 
 /// Every file that is written; batches lie in `points`.
 pub const FILES: &[&str] = &["plan.json", "sweep.csv", "sweep.html", "sweep.json"];

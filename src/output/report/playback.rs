@@ -14,10 +14,10 @@ use flate2::write::ZlibEncoder;
 use maud::{Markup, PreEscaped, html};
 use serde_json::{Value, json};
 
-use super::animation::{AnimatedPly, Animation};
-use super::surface::SurfaceMesh;
 use crate::case::{Case, Layer};
+use crate::output::animation::{AnimatedPly, Animation};
 use crate::output::number::short;
+use crate::output::surface::SurfaceMesh;
 use crate::run::frame::Pose;
 
 /// Byte of a broken yarn; tensions go from 0 to the one below.
@@ -193,7 +193,7 @@ mod tests {
     use flate2::read::ZlibDecoder;
 
     use super::*;
-    use crate::output::report::animation::Keyframe;
+    use crate::output::animation::Keyframe;
 
     fn case() -> Case {
         crate::case::shipped(&["/expect=[]"])
