@@ -28,7 +28,6 @@ pub struct PreparedShot {
     /// Case of the shot.
     pub case: Case,
     model: Arc<Model<f32>>,
-    sizes: Sizes,
     /// Uniforms, features and times that all shots of a batch have in common.
     common: Vec<u8>,
 }
@@ -50,7 +49,7 @@ impl PreparedShot {
             common.extend_from_slice(bytemuck::bytes_of(&layout::scene(&model, at, &sizes)));
             common.extend_from_slice(bytemuck::cast_slice(&layout::law_energy(ply_type)));
         }
-        Ok(Self { case, model: Arc::new(model), sizes, common })
+        Ok(Self { case, model: Arc::new(model), common })
     }
 
     /// Whether it can be computed together with another.
@@ -60,7 +59,7 @@ impl PreparedShot {
 
     /// Largest batch of such shots that a device holds in `memory` bytes.
     pub fn room(&self, device: &Device, memory: u64) -> u64 {
-        self.sizes.most_shots(&device.limits(), memory)
+        Sizes::new(&self.model).most_shots(&device.limits(), memory)
     }
 }
 
@@ -204,9 +203,7 @@ impl DeviceShot {
             if info.index >= bad || self.record.is_over() {
                 break;
             }
-            while let Some(event) = events.next_if(|e| e.step <= info.index) {
-                self.record.add_failures(std::slice::from_ref(event));
-            }
+            self.record.add_failures(std::iter::from_fn(|| events.next_if(|e| e.step <= info.index)));
             self.sample(stepper, state, case, info, words)?;
             self.record.run.steps = info.index + 1;
         }
@@ -215,7 +212,7 @@ impl DeviceShot {
         }
         let done = steps.last().map_or(self.record.run.steps, |s| s.index + 1);
         self.record.run.steps = done.min(bad.saturating_add(1));
-        events.for_each(|event| self.record.add_failures(std::slice::from_ref(event)));
+        self.record.add_failures(events);
         check_room(stepper.device.name(), &stepper.sizes, &result.status)?;
         if bad < u64::from(layout::NONE) {
             // The bad step wrote its slot, and no later one wrote the other.
@@ -269,9 +266,7 @@ impl DeviceShot {
         let body = body.as_ref().map(|record| &record.body);
         if let Some(excess) = self.record.balance.excess(sums.add(sum::KINETIC), body, true) {
             // The place is looked for in the state as it is now, at most two batches later.
-            if let Err(error) = self.download(stepper, state, info.index + 1) {
-                self.record.run.lost = Some(error.to_string());
-            }
+            self.download(stepper, state, info.index + 1)?;
             self.record.diagnose(&self.model, state, excess);
         }
         Ok(())
@@ -334,13 +329,11 @@ const EDGE_POINTS: &str = "points of the projectile's edge and a ply";
 
 /// Checks that there was room for all that the projectile met.
 fn check_room(adapter: &str, sizes: &Sizes, counters: &[u32; STATUS_WORDS]) -> Result<(), DeviceError> {
-    let adapter = adapter.to_owned();
-    match [status::OVERFLOW, status::OVERFLOW_EDGES].map(|at| counters[at]) {
-        [0, 0] => Ok(()),
-        [0, found] => Err(DeviceError::Crowded { adapter, what: EDGE_POINTS, found, room: sizes.constraints }),
-        [found, _] => {
-            Err(DeviceError::Crowded { adapter, what: "nodes and the projectile", found, room: sizes.points })
-        }
+    let nodes = (counters[status::OVERFLOW], "nodes and the projectile", sizes.points);
+    let edges = (counters[status::OVERFLOW_EDGES], EDGE_POINTS, sizes.constraints);
+    match [nodes, edges].into_iter().find(|(found, ..)| *found > 0) {
+        Some((found, what, room)) => Err(DeviceError::Crowded { adapter: adapter.to_owned(), what, found, room }),
+        None => Ok(()),
     }
 }
 

@@ -151,11 +151,11 @@ impl RunRecord {
     }
 
     /// Adds yarn failures to the list and to the counts.
-    pub(crate) fn add_failures(&mut self, failures: &[FailureEvent]) {
-        for f in failures {
-            self.failed[f.ply as usize][usize::from(f.yarn)] += self.run.planes.copies();
+    pub(crate) fn add_failures<'a>(&mut self, failures: impl IntoIterator<Item = &'a FailureEvent>) {
+        for failure in failures {
+            self.failed[failure.ply as usize][usize::from(failure.yarn)] += self.run.planes.copies();
+            self.run.events.push(*failure);
         }
-        self.run.events.extend_from_slice(failures);
     }
 
     /// Failed warps and wefts.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::frame::{Frame, PlyMesh, Pose, Scene};
 use crate::model::Model;
-use crate::model::mesh::Mesh;
+use crate::model::mesh::{Mesh, corners};
 use crate::model::ply_type::PlyType;
 use crate::num::scalar::{Scalar, each};
 use crate::physics::crossover::{self, Equilibrium};
@@ -107,9 +107,8 @@ impl<S: Scalar> Patch<S> {
 
     /// Displacements of an element's corners, counter-clockwise.
     fn corners(&self, row: usize, column: usize) -> [[S; 4]; 3] {
-        let nodes = [(row, column), (row, column + 1), (row + 1, column + 1), (row + 1, column)];
         let node = |(row, column)| self.nodes[row * (self.columns.len() + 1) + column];
-        [0, 1, 2].map(|a| nodes.map(|place| node(place)[0][a]))
+        [0, 1, 2].map(|a| corners([row, column]).map(|place| node(place)[0][a]))
     }
 }
 
@@ -258,9 +257,8 @@ pub(super) fn membrane_force<S: Scalar>(
     if !before.alive[yarn] {
         return 0.0;
     }
-    let nodes = [(row, column), (row, column + 1), (row + 1, column + 1), (row + 1, column)];
-    let corners =
-        [0, 1, 2].map(|a| nodes.map(|(row, column)| state.nodes.get(row, node_field::DISPLACEMENT + a, column)));
+    let displacement = |a, (row, column)| state.nodes.get(row, node_field::DISPLACEMENT + a, column);
+    let corners = [0, 1, 2].map(|a| corners([row, column]).map(|place| displacement(a, place)));
     let (k, cell) = solved(&constants, ply_type.mesh.widths(row, column), &corners, before);
     let own = &constants.cell.yarn[yarn];
     let alone = own.tension(own.straight(k.extension[yarn]));
