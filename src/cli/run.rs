@@ -187,7 +187,7 @@ pub(crate) fn resume(path: &Path, print: &PrintArguments) -> Result<(), CommandF
     let run = run::run(&case, options, &interrupted, &mut observer);
     terminal::end_bar();
     let run = run.map_err(|error| CommandFailure::start(&file(&case), error))?;
-    let wall = observer.checkpoint_writer.as_ref().map_or(0.0, |writer| writer.spent(run.loop_seconds).wall);
+    let wall = observer.checkpoint_writer.as_ref().map_or(0.0, CheckpointWriter::wall_seconds);
     conclude(&case, run, &folder, observer, wall, print)
 }
 

@@ -12,7 +12,7 @@ use tempfile::NamedTempFile;
 use super::{csv, figures};
 use crate::case::{Case, CaseError};
 use crate::run::Run;
-use crate::run::checkpoint::{Checkpointable, Header, Spent};
+use crate::run::checkpoint::{Checkpointable, Header};
 
 const CASE: &str = "case.json";
 const SUMMARY: &str = "summary.json";
@@ -318,7 +318,7 @@ impl<'a> CheckpointWriter<'a> {
     /// # Errors
     /// When it could not be written, in words; the one before is still there.
     pub fn write(&mut self, run: &dyn Checkpointable, followed: &[u8], loop_seconds: f64) -> Result<(), String> {
-        let head = Header { spent: self.spent(loop_seconds), ..self.head.clone() };
+        let head = Header { wall_seconds: self.wall_seconds(), loop_seconds, ..self.head.clone() };
         let (time, folder) = (run.clock()[0], self.folder);
         self.tried = time;
         let write = || {
@@ -352,10 +352,9 @@ impl<'a> CheckpointWriter<'a> {
         Ok(())
     }
 
-    /// Time that all parts of the run have taken, so much of it in the loop [s].
-    pub fn spent(&self, loop_seconds: f64) -> Spent {
-        let wall = self.head.spent.wall + self.start.elapsed().as_secs_f64();
-        Spent { wall, r#loop: loop_seconds }
+    /// Time that all parts of the run have taken [s].
+    pub fn wall_seconds(&self) -> f64 {
+        self.head.wall_seconds + self.start.elapsed().as_secs_f64()
     }
 }
 

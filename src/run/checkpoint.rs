@@ -63,8 +63,10 @@ pub struct Header {
     pub time: f64,
     /// Time step [s].
     pub time_step: f64,
-    /// Wall time so far.
-    pub spent: Spent,
+    /// Wall time so far, since the command began [s].
+    pub wall_seconds: f64,
+    /// Part of it in the loop [s].
+    pub loop_seconds: f64,
 }
 
 /// Backend of a run.
@@ -74,15 +76,6 @@ pub enum BackendId {
     Cpu(Precision),
     /// The graphics adapter of this name.
     Gpu(String),
-}
-
-/// Wall time that the parts of a run have taken so far [s].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Spent {
-    /// Since the command began.
-    pub wall: f64,
-    /// In the loop.
-    pub r#loop: f64,
 }
 
 impl Header {
@@ -102,7 +95,8 @@ impl Header {
             step: 0,
             time: 0.0,
             time_step: 0.0,
-            spent: Spent::default(),
+            wall_seconds: 0.0,
+            loop_seconds: 0.0,
         }
     }
 }
@@ -129,8 +123,8 @@ pub struct Checkpoint {
     pub header: Header,
     /// State that the observer wants back.
     pub observer: Vec<u8>,
-    /// Contents, compressed.
-    packed: Vec<u8>,
+    /// State of the run.
+    state: Vec<u8>,
 }
 
 impl Checkpoint {
@@ -156,16 +150,17 @@ impl Checkpoint {
         let Some((packed, _)) = sound else {
             return refused("a checkpoint whose checksum holds", "one that is damaged or cut short", AGAIN);
         };
-        let contents = unpacked(packed).unwrap_or_default();
-        let Ok(((header, observer), _)) = postcard::take_from_bytes::<(Header, Vec<u8>)>(&contents) else {
-            return Err(unfit(path));
-        };
+        let mut contents = Vec::new();
+        // LZ4 expands at most 255 times, so that no file asks for memory without bound.
+        let unpacked = FrameDecoder::new(packed).read_to_end(&mut contents);
+        let parts = postcard::take_from_bytes::<(Header, Vec<u8>)>(&contents).ok().filter(|_| unpacked.is_ok());
+        let ((header, observer), state) = parts.ok_or_else(|| unfit(path))?;
         let (own, other) = (env!("CARGO_PKG_VERSION"), &header.version);
         if other != own {
             let help = format!("resume with ripstop {other}, or run the case again");
             return refused(&format!("a checkpoint of ripstop {own}"), &format!("one of ripstop {other}"), &help);
         }
-        Ok(Self { path: path.to_owned(), packed: packed.to_vec(), header, observer })
+        Ok(Self { path: path.to_owned(), state: state.to_vec(), header, observer })
     }
 
     /// State of a run of this case on this backend.
@@ -183,9 +178,7 @@ impl Checkpoint {
             let refused = CaseError::of_path(&self.path, expected, found, "let `ripstop resume` choose it");
             return Err(RunError::Checkpoint(refused));
         }
-        let contents = unpacked(&self.packed).unwrap_or_default();
-        let read = postcard::from_bytes::<(Header, Vec<u8>, T)>(&contents);
-        read.map(|(_, _, state)| state).map_err(|_| RunError::Checkpoint(unfit(&self.path)))
+        postcard::from_bytes(&self.state).map_err(|_| RunError::Checkpoint(unfit(&self.path)))
     }
 
     /// Checks that a run of this case can go on from here.
@@ -202,13 +195,6 @@ impl Checkpoint {
         }
         Ok(())
     }
-}
-
-/// Uncompressed contents of a file. LZ4 expands at most 255 times, so that no file asks for memory without bound.
-fn unpacked(packed: &[u8]) -> io::Result<Vec<u8>> {
-    let mut contents = Vec::new();
-    FrameDecoder::new(packed).read_to_end(&mut contents)?;
-    Ok(contents)
 }
 
 /// Refusal of contents that are none.

@@ -301,14 +301,12 @@ impl Backend for DeviceSimulation<'_> {
         true
     }
 
-    fn offer_checkpoint(&mut self, case: &Case, observer: &mut dyn Observer, loop_seconds: f64) {
+    fn ready_for_checkpoint(&mut self, case: &Case) -> bool {
         if self.complete || self.next == 0 {
-            return;
+            return false;
         }
         self.settle(case);
-        if !self.finished() {
-            observer.on_checkpoint(self, loop_seconds);
-        }
+        !self.finished()
     }
 
     fn show_end(&mut self, observer: &mut dyn Observer) {

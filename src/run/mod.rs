@@ -321,7 +321,7 @@ pub fn run(
         .build()
         .map_err(|e| RunError::Threads { threads, reason: e.to_string() })?;
     let run = || {
-        let (start, before) = (Instant::now(), options.from.map_or(0.0, |from| from.header.spent.r#loop));
+        let (start, before) = (Instant::now(), options.from.map_or(0.0, |from| from.header.loop_seconds));
         // Time in the loop so far, of all parts of the run [s].
         let seconds = || before + start.elapsed().as_secs_f64();
         Ok(match (options.device, options.precision) {
@@ -351,8 +351,8 @@ trait Backend: Checkpointable {
     fn record(&mut self) -> &mut RunRecord;
     /// Takes one step, or a batch of them. The observer sees the state before a step where that is due. True where there is progress to show.
     fn advance(&mut self, case: &Case, observer: &mut dyn Observer) -> bool;
-    /// Lets the observer save the run, unless it has not begun or its end is on the way. `loop_seconds`: time in the loop so far [s].
-    fn offer_checkpoint(&mut self, case: &Case, observer: &mut dyn Observer, loop_seconds: f64);
+    /// Takes over what is on its way, to be saved. False where there is nothing to save: the run has not begun, or its end is on the way.
+    fn ready_for_checkpoint(&mut self, case: &Case) -> bool;
     /// Shows the observer the state after the last step.
     fn show_end(&mut self, observer: &mut dyn Observer);
     /// Results. `loop_seconds`: time spent in the loop [s].
@@ -370,8 +370,8 @@ fn drive(
     while !backend.is_finished(case) {
         let [time, dt] = backend.clock();
         let ends = interrupt.load(Ordering::Relaxed) && !backend.record().run.interrupted;
-        if ends || observer.checkpoint_due(time, dt) {
-            backend.offer_checkpoint(case, observer, seconds());
+        if (ends || observer.checkpoint_due(time, dt)) && backend.ready_for_checkpoint(case) {
+            observer.on_checkpoint(&backend, seconds());
         }
         backend.record().run.interrupted |= ends;
         if backend.advance(case, observer) {

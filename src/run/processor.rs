@@ -123,10 +123,8 @@ impl<S: RunScalar> Backend for Simulation<S> {
         sample
     }
 
-    fn offer_checkpoint(&mut self, _: &Case, observer: &mut dyn Observer, loop_seconds: f64) {
-        if self.state.step > 0 {
-            observer.on_checkpoint(self, loop_seconds);
-        }
+    fn ready_for_checkpoint(&mut self, _: &Case) -> bool {
+        self.state.step > 0
     }
 
     fn show_end(&mut self, observer: &mut dyn Observer) {
