@@ -87,9 +87,8 @@ impl Breakage {
     }
 }
 
-/// Distance of the hit from the nearest clamped side of any ply [m].
-pub(super) fn clearance(case: &Case) -> f64 {
-    let aim = case.projectile.as_ref().map_or([0.0; 2], |p| p.offset);
+/// Distance of the hit, at `aim` [m], from the nearest clamped side of any ply [m].
+pub(super) fn clearance(case: &Case, aim: [f64; 2]) -> f64 {
     let layers = case.layers();
     let sides = layers.iter().flat_map(|layer| PlyLayout::new(case, layer).inwards(aim));
     sides.filter(|(edge, _)| *edge == Edge::Clamped).map(|(_, from)| from).fold(f64::INFINITY, f64::min)
@@ -175,11 +174,7 @@ impl PlyLayout {
 
     /// Distance of an element from the nearest side of the ply, or clamp [m].
     fn to_side(&self, element: [usize; 2]) -> f64 {
-        if !self.frame.is_plain() {
-            return self.inwards(self.place(element)).into_iter().map(|(_, from)| from).fold(f64::INFINITY, f64::min);
-        }
-        let inwards = |axis: usize| self.half_size[axis] - self.middles[axis][element[axis]].abs();
-        inwards(0).min(inwards(1))
+        self.inwards(self.place(element)).into_iter().map(|(_, from)| from).fold(f64::INFINITY, f64::min)
     }
 
     /// Distances of a place in the pack's plane from the sides of the ply, less than nothing beyond them, and from clamps at its corners [m].

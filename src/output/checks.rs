@@ -2,9 +2,9 @@
 
 use super::breakage::{Breakage, clearance};
 use super::number::{fraction, grouped, short};
-use super::summary::{residual_velocity, verdict};
+use super::summary::{peak, residual_velocity, verdict};
 use super::warnings::{Warning, areal_density, assumed, fibre, mass, warning};
-use crate::case::{Case, ContactSampling, Motion, Numerics, Shape};
+use crate::case::{Case, ContactSampling, Motion, Numerics, Projectile, Shape};
 use crate::physics::projectile_body::Body;
 use crate::run::Run;
 use crate::run::outcome::Outcome;
@@ -90,10 +90,10 @@ pub fn checks(case: &Case, run: &Run) -> Vec<Check> {
     let gained = gained(run);
     let energy = energy(run, gained.warning.is_some());
     let mut all = vec![end(case, run), gained, stored(run), energy, momentum(run), hourglass(run)];
-    if case.projectile.is_some() {
+    if let Some(projectile) = &case.projectile {
         all.push(penetration(case, run));
         all.extend(width(case));
-        all.extend([aim(case, run), mesh_under_hit(case, run), frame(case, run)]);
+        all.extend([aim(case, projectile, run), mesh_under_hit(case, projectile, run), frame(case, run)]);
     }
     all.extend((run.plies > 1).then(|| ply_penetration(case, run)));
     all.extend([newton(run), law(run)]);
@@ -293,25 +293,23 @@ pub fn scatter(case: &Case, run: &Run) -> Option<f64> {
 }
 
 /// Dependence of the outcome on how the mesh lies under the projectile; the figures are those of `docs/src/objectivity.md`.
-fn mesh_under_hit(case: &Case, run: &Run) -> Check {
+fn mesh_under_hit(case: &Case, projectile: &Projectile, run: &Run) -> Check {
     let broken: u64 = run.history.last().map_or(0, |row| row.failed.iter().sum());
-    let load = run.history.iter().map(|row| row.balance.max_load).fold(0.0, f64::max);
-    let has_rim = case.projectile.as_ref().and_then(Body::new).is_some_and(|body| body.profile.has_round_rim());
-    let edge_radius = case.projectile.as_ref().map_or(0.0, |p| p.edge_radius);
+    let load = peak(run, |row| row.balance.max_load);
+    let (shape, edge_radius) = (&projectile.shape, projectile.edge_radius);
+    let has_rim = Body::new(projectile).is_some_and(|body| body.profile.has_round_rim());
     // An ogive without a tip is half a ball, and so is a cylinder whose rim is rounded off.
-    let round = |shape: &Shape| {
-        matches!(shape, Shape::Sphere { .. } | Shape::Ogive { .. }) || edge_radius > 0.499 * shape.diameter()
-    };
-    let is_ball = case.projectile.as_ref().is_some_and(|p| round(&p.shape) && !p.shape.is_pointed());
-    let tip = case.projectile.as_ref().filter(|p| p.shape.is_pointed()).map(|p| p.edge_radius);
-    let is_bar = case.projectile.as_ref().is_some_and(|p| p.shape.is_bar());
+    let is_round =
+        matches!(shape, Shape::Sphere { .. } | Shape::Ogive { .. }) || edge_radius > 0.499 * shape.diameter();
+    let is_ball = is_round && !shape.is_pointed();
+    let tip = shape.is_pointed().then_some(edge_radius);
     let reason = if broken == 0 && !is_ball && load > NEAR_BREAKING {
         "no yarn broke, but one came near to it: with another mesh the projectile may pass"
     } else if broken == 0 || is_ball {
         ""
     } else if tip == Some(0.0) {
         "a sharp point: fabric stands on it or slips off, which no mesh decides; give it its edge_radius_mm"
-    } else if tip.is_some() || is_bar {
+    } else if tip.is_some() || shape.is_bar() {
         "a point or a bar: what a perforation takes depends on the mesh; compare with \"accuracy\": \"converged\""
     } else if edge_radius > 0.0 {
         "a rim: finer elements change the energy that a perforation takes; compare with \"accuracy\": \"converged\""
@@ -336,10 +334,10 @@ fn mesh_under_hit(case: &Case, run: &Run) -> Check {
 }
 
 /// Place of the hit: on fabric, not beside it, nor on what holds it.
-fn aim(case: &Case, run: &Run) -> Check {
-    let (to_frame, radius) = (clearance(case), case.projectile.as_ref().map_or(0.0, |p| 0.5 * p.shape.diameter()));
+fn aim(case: &Case, projectile: &Projectile, run: &Run) -> Check {
+    let to_frame = clearance(case, projectile.offset);
     let has_missed = run.history.iter().all(|row| row.contact_force == 0.0);
-    let is_over = to_frame < radius;
+    let is_over = to_frame < 0.5 * projectile.shape.diameter();
     let reasons = [
         if has_missed { MISSED } else { "the projectile reaches over the clamps: what they take is not the fabric's" },
         "the frame took more than a little of the impulse, or the projectile went through it: take a larger pack, aim farther inside",

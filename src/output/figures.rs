@@ -4,7 +4,7 @@ use super::animation::{Animation, Keyframe};
 use super::breakage::Breakage;
 use super::number::short;
 use super::plot::{self, Figure, Plot};
-use super::summary::residual_velocity;
+use super::summary::{peak_force, residual_velocity};
 use crate::case::{Case, Edge, Edges, Layer, Opening, Shape, Yarn};
 use crate::model::unit_cell;
 use crate::run::outcome::Outcome;
@@ -57,13 +57,12 @@ pub(crate) fn velocity(run: &Run) -> Figure {
 
 /// Contact force.
 pub(crate) fn force(run: &Run) -> Figure {
-    let peak = run.history.iter().filter(|row| row.contact_force != 0.0);
-    let peak = peak.max_by(|a, b| a.contact_force.total_cmp(&b.contact_force));
-    let caption = peak.map_or("none.".to_owned(), |row| {
-        let (force, time) = (short(row.contact_force, 3), short(row.time * 1e6, 3));
-        format!("Of the fabric on the projectile, mean between rows of the history; at most {force} N, at {time} µs.")
+    let peak = peak_force(run);
+    let plot =
+        peak.as_ref().map(|_| over_time(0.0, "force [N]", &[line("force", &run.history, |row| row.contact_force)]));
+    let caption = peak.map_or("none.".to_owned(), |[force, time]| {
+        format!("Of the fabric on the projectile, mean between rows of the history; at most {force}, at {time}.")
     });
-    let plot = peak.map(|_| over_time(0.0, "force [N]", &[line("force", &run.history, |row| row.contact_force)]));
     Figure::new("force", "Contact force", caption, plot)
 }
 

@@ -11,8 +11,8 @@ use tempfile::NamedTempFile;
 
 use super::{csv, figures};
 use crate::case::{Case, CaseError};
-use crate::run::Run;
 use crate::run::checkpoint::{Checkpointable, Header};
+use crate::run::{Run, interval_over};
 
 const CASE: &str = "case.json";
 const SUMMARY: &str = "summary.json";
@@ -278,9 +278,6 @@ impl Folder {
     }
 }
 
-/// Rounding allowed in comparing times, in steps.
-const SLACK: f64 = 1e-6;
-
 /// Writer of checkpoints, of which the last stays.
 pub struct CheckpointWriter<'a> {
     folder: &'a Folder,
@@ -308,8 +305,7 @@ impl<'a> CheckpointWriter<'a> {
 
     /// Whether there should be a checkpoint before the step from `time` [s], `dt` [s] long.
     pub fn is_due(&self, time: f64, dt: f64) -> bool {
-        let intervals = (self.tried / self.head.every + 1e-9).floor() + 1.0;
-        time >= intervals * self.head.every - SLACK * dt
+        interval_over(self.head.every, self.tried, time, dt)
     }
 
     /// Writes a checkpoint in place of the one before. `followed`: state of the observer; `loop_seconds`: time

@@ -57,7 +57,7 @@ fn backface_signature(case: &Case, run: &Run) -> Option<f64> {
     case.backing.filter(|_| run.outcome != Outcome::Perforated).map(|_| peak(run, |row| row.balance.crater))
 }
 
-fn peak(run: &Run, quantity: fn(&Sample) -> f64) -> f64 {
+pub(super) fn peak(run: &Run, quantity: fn(&Sample) -> f64) -> f64 {
     run.history.iter().map(quantity).fold(0.0, f64::max)
 }
 
@@ -181,6 +181,13 @@ pub fn areal_density(case: &Case) -> f64 {
     case.layers().iter().map(|layer| f64::from(layer.plies) * layer.fabric.areal_density).sum()
 }
 
+/// Largest contact force and its time, in words; `None` without contact.
+pub(super) fn peak_force(run: &Run) -> Option<[String; 2]> {
+    let rows = run.history.iter().filter(|row| row.contact_force > 0.0);
+    let peak = rows.max_by(|a, b| a.contact_force.total_cmp(&b.contact_force))?;
+    Some([format!("{} N", short(peak.contact_force, 3)), format!("{} µs", short(peak.time * 1e6, 3))])
+}
+
 /// Numbers of a run that a verdict is weighed by: name, number, and more on it. For the terminal and the report.
 pub fn margins(case: &Case, run: &Run) -> Vec<(&'static str, String, String)> {
     let mut all = Vec::new();
@@ -193,11 +200,7 @@ pub fn margins(case: &Case, run: &Run) -> Vec<(&'static str, String, String)> {
         let of = format!("over {} kg/m²", short(pack, 3));
         all.push(("energy per areal density", format!("{} J·m²/kg", short(absorbed / pack, 3)), of));
     }
-    let strongest = run.history.iter().max_by(|a, b| a.contact_force.total_cmp(&b.contact_force));
-    all.extend(strongest.filter(|row| row.contact_force > 0.0).map(|row| {
-        let (force, time) = (short(row.contact_force, 3), short(row.time * 1e6, 3));
-        ("peak contact force", format!("{force} N"), format!("at {time} µs"))
-    }));
+    all.extend(peak_force(run).map(|[force, time]| ("peak contact force", force, format!("at {time}"))));
     let load = short(100.0 * peak(run, |row| row.balance.max_load), 4);
     all.push(("highest load of a yarn", format!("{load} %"), "of its breaking load".to_owned()));
     let back = short(1e3 * peak(run, |row| row.last_deflection), 3);

@@ -44,6 +44,7 @@ pub use outcome::Outcome;
 #[doc(hidden)]
 pub use processor::Simulation;
 use record::RunRecord;
+pub(crate) use record::interval_over;
 pub use result::{DeflectionProfile, NewtonStatistics, PlySample, ProfilePoint, Run, Sample};
 pub use snapshot::Snapshot;
 

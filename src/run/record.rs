@@ -337,12 +337,13 @@ impl RunRecord {
 /// Whether positions at `time` belong into the history, whose last row is at `last` [s]. Time alone decides, so that every backend records
 /// the same samples.
 pub(super) fn sample_due(case: &Case, last: Option<f64>, time: f64, dt: f64) -> bool {
-    let next = last.map_or(0.0, |last| {
-        // The next multiple of the interval after the last row.
-        let rows = (last / case.output.history_interval + 1e-9).floor() + 1.0;
-        rows * case.output.history_interval
-    });
-    time >= next - SLACK * dt || time_up(case, time, dt)
+    last.is_none_or(|last| interval_over(case.output.history_interval, last, time, dt)) || time_up(case, time, dt)
+}
+
+/// Whether the first multiple of an interval after `last` lies before the step from `time`, `dt` long [s].
+pub(crate) fn interval_over(interval: f64, last: f64, time: f64, dt: f64) -> bool {
+    let count = (last / interval + 1e-9).floor() + 1.0;
+    time >= count * interval - SLACK * dt
 }
 
 /// Whether a sample at `time`, the last one at `last` [s], is the first after a multiple of [`LOOKS`], or the last of all.
