@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use super::device::DeviceSimulation;
 use super::record::RunRecord;
-use super::{Observer, Run, Skips};
+use super::{Run, Skips, set_up};
 use crate::case::{Case, CaseError};
 use crate::gpu::buffers::Sizes;
 use crate::gpu::layout::{self, BODY_WORDS, BodyRecord, STATUS_WORDS, StepInfo, WorkgroupSums, status, sum};
@@ -38,7 +38,7 @@ impl PreparedShot {
     /// # Errors
     /// When it cannot become a model.
     pub fn new(case: Case) -> Result<Self, CaseError> {
-        let (model, _) = solver::state::set_up::<f32>(&case, Skips::default().symmetry)?;
+        let (model, _) = set_up::<f32>(&case, Skips::default())?;
         let sizes = Sizes::new(&model);
         let features: Vec<Features> = model.ply_types.chunks(1).map(|own| Features::new(&model, own)).collect();
         let times = [model.dt, case.solver.end_time, case.output.history_interval];
@@ -49,7 +49,7 @@ impl PreparedShot {
             common.extend_from_slice(bytemuck::bytes_of(&layout::scene(&model, at, &sizes)));
             common.extend_from_slice(bytemuck::cast_slice(&layout::law_energy(ply_type)));
         }
-        Ok(Self { case, model: Arc::new(model), common })
+        Ok(Self { case, model, common })
     }
 
     /// Whether it can be computed together with another.
@@ -169,22 +169,6 @@ impl DeviceShot {
             self.record.run.lost = Some(error.to_string());
             self.ended = true;
         }
-    }
-
-    /// Takes what is due of the state before a step, the first that was not sent off, from the positions at `time` [s].
-    pub(super) fn read_state(
-        &mut self,
-        stepper: &DeviceStepper<'_>,
-        state: &mut State<f32>,
-        case: &Case,
-        observer: &mut dyn Observer,
-        (step, time): (u64, f64),
-    ) -> Result<(), DeviceError> {
-        if self.record.needs_state(case, time) || observer.snapshot_due(time, self.model.dt) {
-            self.download(stepper, state, step)?;
-        }
-        self.record.read_state(&self.model, state, case, observer, time);
-        Ok(())
     }
 
     /// Takes the results of a batch of steps, sample by sample, up to the end of the run.

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use super::batch::DeviceShot;
 use super::checkpoint::{self, BackendId, Checkpoint, Checkpointable, Header};
 use super::record::{RunRecord, sample_due, time_up};
-use super::{Backend, Observer, Options, Run, RunError, Skips, View};
+use super::{Backend, Observer, Options, Run, RunError, Skips, View, set_up};
 use crate::case::Case;
 use crate::gpu::buffers::{BufferId, SLOTS};
 use crate::gpu::layout::StepInfo;
@@ -22,7 +22,6 @@ use crate::gpu::stepper::{BATCH, DeviceStepper};
 use crate::gpu::submission::{Pending, StageTimes};
 use crate::gpu::{Device, DeviceError};
 use crate::model::Model;
-use crate::solver;
 use crate::solver::state::State;
 
 /// Time that a batch of steps should take: long enough to hide its submission, short enough to follow progress and Ctrl-C.
@@ -133,8 +132,11 @@ impl<'a> DeviceSimulation<'a> {
         if !self.complete && self.state_due(cases, observer, time) {
             self.collect_all(cases)?;
             let Self { stepper, shots, state, .. } = self;
-            for (number, shot) in shots.iter_mut().enumerate().filter(|(_, shot)| !shot.ended) {
-                shot.read_state(stepper, state, cases[number], observer, (self.next, time))?;
+            for (shot, case) in shots.iter_mut().zip(cases).filter(|(shot, _)| !shot.ended) {
+                if shot.record.needs_state(case, time) || observer.snapshot_due(time, shot.model.dt) {
+                    shot.download(stepper, state, self.next)?;
+                }
+                shot.record.read_state(&shot.model, state, case, observer, time);
             }
         }
         // Nothing is sent off after a step whose state may have to be looked at before its sample is known.
@@ -224,11 +226,7 @@ impl<'a> DeviceSimulation<'a> {
     /// # Errors
     /// When the case cannot become a model, or the device cannot hold it.
     pub fn with_skips(case: &Case, device: &'a Device, skips: Skips) -> Result<Self, RunError> {
-        let (model, mut state) = solver::state::set_up::<f32>(case, skips.symmetry)?;
-        if !skips.wavefront {
-            state.reach_everything(&model);
-        }
-        let model = Arc::new(model);
+        let (model, state) = set_up::<f32>(case, skips)?;
         let shot = DeviceShot::new(0, Arc::clone(&model), &state, skips);
         let mut stepper = DeviceStepper::new(device, &model)?;
         stepper.upload(&model, &state);

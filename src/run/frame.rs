@@ -154,7 +154,6 @@ impl Scene {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct FrameCollector {
-    wanted: usize,
     schedule: Schedule,
     scene: Option<Arc<Scene>>,
     /// Time [s] and snapshot of the frames so far, by the steps done before them. Without a snapshot a frame lies on the disk.
@@ -165,8 +164,7 @@ impl FrameCollector {
     /// For frames of a case, evenly from the start to the end: so many where the run reaches its end time, at most twice as many where it
     /// ends before. A single one is that of the start.
     pub fn new(case: &Case, frames: usize) -> Self {
-        let schedule = Schedule::new(frames, case.solver.end_time);
-        Self { wanted: frames, schedule, scene: None, taken: BTreeMap::new() }
+        Self { schedule: Schedule::new(frames, case.solver.end_time), scene: None, taken: BTreeMap::new() }
     }
 
     /// For a run that goes on before the step of this number, `dt` [s] long; no frame is in memory.
@@ -190,7 +188,7 @@ impl FrameCollector {
 
     /// Steps done before the frames that are given: as far apart as they can be and still be as many as asked for, and the last.
     pub(crate) fn chosen(&self) -> Vec<u64> {
-        let gaps = [self.schedule.kept.len(), self.wanted].map(|count| count.saturating_sub(1));
+        let gaps = [self.schedule.kept.len(), self.schedule.wanted].map(|count| count.saturating_sub(1));
         let apart = (gaps[0] / gaps[1].max(1)).max(1);
         let mut steps: Vec<u64> = self.taken.keys().copied().step_by(apart).collect();
         if let (Some(end), [first, second, .., before]) = (self.taken.keys().next_back(), &steps[..]) {
@@ -303,7 +301,7 @@ mod tests {
         (0..=steps).for_each(|step| schedule.pass(step, DT));
         let end = schedule.wants_end(steps).then_some(steps);
         let taken = schedule.kept.iter().map(|[_, step]| *step).chain(end).map(|step| (step, (0.0, None))).collect();
-        FrameCollector { wanted, schedule, scene: None, taken }.chosen()
+        FrameCollector { schedule, scene: None, taken }.chosen()
     }
 
     #[test]

@@ -34,6 +34,7 @@ use crate::gpu::{Device, DeviceError};
 use crate::model::Model;
 use crate::num::scalar::Scalar;
 pub use crate::physics::rigid_body::MirrorPlanes;
+use crate::solver;
 pub use crate::solver::energy_balance::{Balance, PlyMoment};
 use crate::solver::state::State;
 use crate::solver::sweep::KernelScalar;
@@ -342,6 +343,18 @@ pub fn run(
         })
     };
     pool.install(run)
+}
+
+/// Model and state of a case: of the part that is computed with these skips.
+///
+/// # Errors
+/// When the case cannot become a model, or the projectile starts inside the fabric.
+fn set_up<S: Scalar>(case: &Case, skips: Skips) -> Result<(Arc<Model<S>>, State<S>), CaseError> {
+    let (model, mut state) = solver::state::set_up(case, skips.symmetry)?;
+    if !skips.wavefront {
+        state.reach_everything(&model);
+    }
+    Ok((Arc::new(model), state))
 }
 
 /// A run in progress, as the host loop drives it.

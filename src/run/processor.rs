@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::checkpoint::{self, BackendId, Checkpoint, Checkpointable, Header};
 use super::record::RunRecord;
-use super::{Backend, Observer, Options, Run, RunError, RunScalar, Skips, outcome};
+use super::{Backend, Observer, Options, Run, RunError, RunScalar, Skips, outcome, set_up};
 use crate::case::{Case, CaseError};
 use crate::model::Model;
 use crate::physics::rigid_body::RigidBody;
@@ -42,12 +42,9 @@ impl<S: RunScalar> Simulation<S> {
     /// # Errors
     /// As [`Simulation::new`].
     pub fn with_skips(case: &Case, skips: Skips) -> Result<Self, CaseError> {
-        let (model, mut state) = solver::state::set_up::<S>(case, skips.symmetry)?;
-        if !skips.wavefront {
-            state.reach_everything(&model);
-        }
+        let (model, state) = set_up(case, skips)?;
         let (stepper, record) = (Stepper::new(&model), RunRecord::new(&model, state.body.as_ref(), skips));
-        Ok(Self { stepper, record, model: Arc::new(model), state, sampled: false })
+        Ok(Self { stepper, record, model, state, sampled: false })
     }
 
     /// A run that begins, or goes on from a checkpoint.
