@@ -54,8 +54,7 @@ impl Breakage {
         let mut broken: [BTreeSet<(u32, usize)>; 2] = Default::default();
         let (mut found, mut now) = (Self::default(), [0; 2]);
         for event in &run.events {
-            let Some(ply) = plies.get(event.ply as usize) else { continue };
-            let element = [event.i as usize, event.j as usize];
+            let (ply, element) = (&plies[event.ply as usize], [event.i as usize, event.j as usize]);
             // A warp yarn runs along X: its number is that of its place along Y.
             let yarn = usize::from(event.yarn.min(1));
             let across = 1 - yarn;
@@ -147,7 +146,7 @@ impl PlyLayout {
 
     /// Numbers of the yarns that cross an element of this column or row. An element no wider than a yarn has the one at its middle.
     fn yarns(&self, axis: usize, index: usize) -> std::ops::Range<usize> {
-        let [from, to] = [0, 1].map(|end| self.lines[axis].get(index + end).copied().unwrap_or(0.0));
+        let [from, to] = [0, 1].map(|end| self.lines[axis][index + end]);
         if to - from <= 1.0 + 1e-6 {
             let only = (0.5 * (from + to)) as usize;
             return only..only + 1;

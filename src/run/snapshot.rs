@@ -273,14 +273,12 @@ fn read<S: Scalar>(
     corners: &[[S; 4]; 3],
     before: Before<S>,
 ) -> ElementReading {
-    let [was_warp, was_weft] = before.alive;
-    if !(was_warp || was_weft) {
+    let (alive, zero) = (before.alive, S::splat(0.0));
+    if alive == [false; 2] {
         return ElementReading::default();
     }
-    let zero = S::splat(0.0);
     let (k, cell) = solved(constants, widths, corners, before);
     let yarn = &constants.cell.yarn;
-    let alive = before.alive;
     let both = alive[0] && alive[1];
     let free = [0, 1].map(|i| yarn[i].straight(k.extension[i]).max(zero));
     let of_living = |i: usize, crossing: S, alone: S| match (alive[i], both) {
