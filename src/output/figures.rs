@@ -2,6 +2,7 @@
 
 use super::animation::{Animation, Keyframe};
 use super::breakage::Breakage;
+use super::csv::HistoryColumn;
 use super::number::short;
 use super::plot::{self, Figure, Plot};
 use super::summary::{peak_force, residual_velocity};
@@ -17,8 +18,6 @@ const CELL_POINTS: usize = 120;
 /// End of a curve whose yarn never breaks [-].
 const NO_BREAK: f64 = 0.05;
 
-/// A quantity of the history under its name.
-type HistoryCurve = (&'static str, fn(&Sample) -> f64);
 /// A line under its name.
 type Line = (String, Vec<[f64; 2]>);
 
@@ -97,7 +96,7 @@ pub(crate) fn deflection(animation: &Animation) -> Option<Figure> {
 
 /// Energies and their sum.
 pub(crate) fn energy(run: &Run) -> Figure {
-    let curves: [HistoryCurve; 10] = [
+    let curves: [HistoryColumn; 10] = [
         ("projectile", |row| row.balance.projectile),
         ("fabric, kinetic", |row| row.balance.kinetic),
         ("fabric, internal", |row| row.balance.internal),

@@ -197,55 +197,46 @@ pub(crate) fn profile<S: Scalar>(model: &Model<S>, state: &State<S>, case: &Case
     let mesh = &model.ply_type(0).mesh;
     let impact = case.projectile.as_ref().map_or([0.0; 2], |p| p.offset);
     let impact = mesh.to_ply([impact[0], impact[1], 0.0]);
-    let along = case.output.profile_along;
-    let (axis, across) = if along == Along::Warp { (0, 1) } else { (1, 0) };
-    let counts = [mesh.columns, mesh.rows];
+    let (axis, across) = if case.output.profile_along == Along::Warp { (0, 1) } else { (1, 0) };
+    let count = [mesh.columns, mesh.rows][axis];
     let line = mesh.nearest_line(across, impact[across]);
-    let place = |n: usize| if along == Along::Warp { (line, n) } else { (n, line) };
-    let mut points = Vec::with_capacity(counts[axis] + 1);
-    for n in 0..=counts[axis] {
-        let (row, column) = place(n);
-        let here = node_position(model, state, [0, row, column]);
-        let mut point = ProfilePoint {
-            reference: mesh.reference(row, column)[axis] - impact[axis],
-            position: mesh.to_ply(here.into())[axis] - impact[axis],
-            deflection: here.z,
-            strain: 0.0,
-            force: 0.0,
-        };
-        if n < counts[axis] {
-            let (next_row, next_column) = place(n + 1);
-            let next = node_position(model, state, [0, next_row, next_column]);
-            let (row, column) = (row.min(mesh.rows - 1), column.min(mesh.columns - 1));
-            let size = mesh.size(row, column);
-            point.strain = (next - here).norm() / size[axis] - 1.0;
-            point.force = snapshot::membrane_force(model, state, [row, column], axis);
-        }
-        points.push(point);
-    }
-    DeflectionProfile { time, points: mirrored(points, mesh.cut[axis]) }
-}
-
-/// The points of a line with their mirror images, in order of position. Strain and force belong to the element after a point.
-fn mirrored(points: Vec<ProfilePoint>, cut: Cut) -> Vec<ProfilePoint> {
-    let image = |n: usize| {
-        let point = points[n];
-        // What lies after the image lies before the point.
-        let after = if n > 0 { points[n - 1] } else { points[0] };
-        let (reference, position) = (-point.reference, -point.position);
-        ProfilePoint { reference, position, deflection: point.deflection, strain: after.strain, force: after.force }
+    let place = |n: usize| if axis == 0 { [line, n] } else { [n, line] };
+    let position = |n: usize| {
+        let [row, column] = place(n);
+        node_position(model, state, [0, row, column])
     };
-    match cut {
-        Cut::Nowhere => points,
-        Cut::First => (1..points.len()).rev().map(image).chain(points.iter().copied()).collect(),
-        Cut::Last => {
-            let last = points.len().saturating_sub(1);
-            let edge = ProfilePoint { strain: 0.0, force: 0.0, ..image(0) };
-            let images = (1..last).rev().map(image).chain(std::iter::once(edge));
-            // On the plane itself the element after it is the image of the one before.
-            points[..last].iter().copied().chain(std::iter::once(image(last))).chain(images).collect()
+    let element = |n: usize| {
+        let [row, column] = place(n);
+        let [row, column] = [row.min(mesh.rows - 1), column.min(mesh.columns - 1)];
+        let strain = (position(n + 1) - position(n)).norm() / mesh.size(row, column)[axis] - 1.0;
+        [strain, snapshot::membrane_force(model, state, [row, column], axis)]
+    };
+    let point = |((n, side), after): ((usize, f64), Option<usize>)| {
+        let ([row, column], here) = (place(n), position(n));
+        let [strain, force] = after.map_or([0.0; 2], element);
+        ProfilePoint {
+            reference: side * (mesh.reference(row, column)[axis] - impact[axis]),
+            position: side * (mesh.to_ply(here.into())[axis] - impact[axis]),
+            deflection: here.z,
+            strain,
+            force,
         }
-    }
+    };
+    // Nodes and elements of the whole line in order of position, with those that are mirror images.
+    let (own, image) = (|n: usize| (n, 1.0), |n: usize| (n, -1.0));
+    let (nodes, elements): (Vec<_>, Vec<_>) = match mesh.cut[axis] {
+        Cut::Nowhere => ((0..=count).map(own).collect(), (0..count).collect()),
+        Cut::First => {
+            let nodes = (1..=count).rev().map(image).chain((0..=count).map(own));
+            (nodes.collect(), (0..count).rev().chain(0..count).collect())
+        }
+        Cut::Last => {
+            let nodes = (0..count).map(own).chain((0..=count).rev().map(image));
+            (nodes.collect(), (0..count).chain((0..count).rev()).collect())
+        }
+    };
+    let after = elements.into_iter().map(Some).chain([None]);
+    DeflectionProfile { time, points: nodes.into_iter().zip(after).map(point).collect() }
 }
 
 impl DeflectionProfile {
