@@ -183,9 +183,10 @@ pub(crate) fn shot(case: &Case, run: &Run) -> String {
 
 /// Clamps and free sides of every ply, in words.
 pub fn held(case: &Case) -> String {
-    let mut words: Vec<String> = Vec::new();
     let layers = case.layers();
-    for (index, layer) in layers.iter().enumerate() {
+    let hold = |layer: &Layer| (layer.edges, layer.mesh.frame.opening);
+    let alike = layers.windows(2).all(|pair| hold(&pair[0]) == hold(&pair[1]));
+    let of_layer = |(index, layer): (usize, &Layer)| {
         let sides = of_sides(&layer.edges);
         let sides = match case.pack.window {
             Some(window) => format!("all outside a round window of {} mm", short(window.diameter * 1e3, 4)),
@@ -195,14 +196,10 @@ pub fn held(case: &Case) -> String {
             None => sides,
         };
         let turned = if layer.mesh.frame.opening == Opening::Rectangle { ", cut to the frame" } else { "" };
-        let alike = layers
-            .iter()
-            .all(|other| other.edges == layer.edges && other.mesh.frame.opening == layer.mesh.frame.opening);
-        let text = if alike { sides + turned } else { format!("/pack/layup/{index}: {sides}{turned}") };
-        if !words.contains(&text) {
-            words.push(text);
-        }
-    }
+        if alike { sides + turned } else { format!("/pack/layup/{index}: {sides}{turned}") }
+    };
+    let mut words: Vec<String> = layers.iter().enumerate().map(of_layer).collect();
+    words.dedup();
     words.join("; ")
 }
 
