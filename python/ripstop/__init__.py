@@ -15,11 +15,10 @@ from typing import TYPE_CHECKING, Any
 from ._ripstop import __version__
 from .campaign import Plan, campaign
 from .case import Case
-from .errors import CaseError, DeviceError, Interrupted, RunError
+from .messages import CaseError, DeviceError, Interrupted, RunError
 from .plot import overlay
-from .run import Frame, Run
+from .results import Frame, Run, Table
 from .studies import V50, Fit, Shots, Sweep, crossover, fit
-from .table import Table
 
 if TYPE_CHECKING:
     from .calibration import Limit, PictureFrame, ResidualVelocities, TensionTest, calibrate

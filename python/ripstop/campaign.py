@@ -1,4 +1,4 @@
-"""Campaigns of many shots on Dask: a plan is a file, and a row is on the disk before the next begins. `CAMPAIGNS.md` has the costs.
+"""Campaigns of many shots on Dask: a plan is a file, and a row is on the disk before the next begins. `README.md` has the costs.
 
 The folder of a campaign holds `head-DIGEST.json` (case, command, options, version: with the changes of a row they give its id, a hash), `rows/`
 (results: a file for each worker process, which alone appends to it, a line with a checksum for each row) and `table.csv` (all rows in the order of
@@ -27,7 +27,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
-from .progress import in_notebook
+from .messages import has_line, write
 
 if TYPE_CHECKING:
     import pandas
@@ -354,13 +354,14 @@ def _replace(path: Path, text: str) -> Path:
     return path
 
 
-def _printer(wanted: bool | None) -> Callable[[str], None]:
+def _printer(progress: bool | None) -> Callable[[str], None]:
     """Printer of progress on a line of standard error, once a second at most."""
-    last = [0.0]
+    last = 0.0
 
     def show(text: str) -> None:
-        if not text or time.monotonic() - last[0] > 1:
-            last[0] = time.monotonic()
-            print(f"\r{text[:79]:<79}", end="\r", file=sys.stderr, flush=True)
+        nonlocal last
+        if not text or time.monotonic() - last > 1:
+            last = time.monotonic()
+            write(text)
 
-    return show if wanted or (wanted is None and (sys.stderr.isatty() or in_notebook())) else lambda text: None
+    return show if has_line(progress) else lambda text: None

@@ -9,9 +9,8 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Literal
 
 from . import _ripstop, studies
-from .errors import among, failed, refusal, within
-from .progress import Receiver, shown
-from .run import Run
+from .messages import Receiver, among, failed, refusal, shown, within
+from .results import Run
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -136,7 +135,7 @@ class Case:
         `backend`: "auto" takes a real GPU if there is one, else the processor. `adapter`: GPU by a part of its name or its number. `precision`:
         "f64", or "f32", the only one of a GPU. `threads`: all cores without; results do not depend on it. `frames`: frames in memory, evenly
         from impact to the end, up to twice as many; /output/frames of the case without. `out`: folder for the files that `ripstop run` writes,
-        frames excepted. `progress`: see `ripstop.progress.shown`.
+        frames excepted. `progress`: see `ripstop.messages.shown`.
 
         Raises CaseError, DeviceError, RunError for a run that became unstable, and Interrupted after Ctrl-C; the last two have the results so
         far in `result`.

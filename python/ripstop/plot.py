@@ -11,7 +11,7 @@ import numpy as np
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from .run import Run
+    from .results import Run
     from .studies import V50, Fit, Shots, Sweep
 
 #: Colours of shots that were stopped and that perforated, which the colour-blind tell apart.

@@ -16,9 +16,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _ripstop
-from .errors import RunError, among, failed, within
-from .progress import Receiver, shown
-from .table import Result, Table
+from .messages import Receiver, RunError, among, failed, shown, within
+from .results import Result, Table
 
 if TYPE_CHECKING:
     from .case import Case

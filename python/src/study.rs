@@ -16,10 +16,8 @@ use ripstop::study::v50::{self, V50Request};
 use serde::Deserialize;
 use serde_json::json;
 
-use crate::backend::{self, Wanted};
-use crate::case::Case;
-use crate::watch::watched;
-use crate::{arguments, bytes, no_device, refused, wrong};
+use crate::run::Case;
+use crate::{WantedBackend, arguments, bytes, forget_devices, no_device, refused, watched, wrong};
 
 /// Points of a unit cell at most.
 const MAX_POINTS: usize = 1_000_000;
@@ -41,7 +39,7 @@ struct Request {
     seed: Option<u32>,
     resume: bool,
     #[serde(flatten)]
-    backend: Wanted,
+    backend: WantedBackend,
 }
 
 impl Request {
@@ -115,7 +113,7 @@ pub(crate) fn study(
         Err(BatchError::Interrupted) => Ok((None, raised)),
         Err(BatchError::Refused(error)) => Err(refused(error)),
         Err(BatchError::Device(error)) => {
-            backend::forget();
+            forget_devices();
             Err(no_device(&error))
         }
     }

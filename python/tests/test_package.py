@@ -1,6 +1,7 @@
-"""The package against the program: same bits, same words, same files; and what Python adds.
+"""The package against the program: same bits, same words, same files; and what Python adds. Notebooks run from a kernel of their own.
 
-The program is target/release/ripstop, or the file that RIPSTOP names.
+The program is target/release/ripstop, or the file that RIPSTOP names. What can turn notebooks red: a cell that raises, outputs stored in a
+notebook, one that says what its own numbers do not show.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ import csv
 import json
 import os
 import pickle
+import re
 import shutil
 import signal
 import subprocess
@@ -19,8 +21,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import nbformat
 import numpy as np
 import pytest
+from nbclient import NotebookClient
 
 import ripstop
 
@@ -53,6 +57,14 @@ BENT = {
 PACK = ["--set", "/pack/plies=2", "--set", "/projectile/velocity_m_s=280"]
 #: Numbers of a summary that are the machine's.
 CLOCKS = {"wall_s", "loop_s", "element_steps_per_s", "timings", "host_overhead_s"}
+NOTEBOOKS = ROOT / "python/notebooks"
+#: Pattern of what the outputs of each notebook hold.
+SHOWN = {
+    "first-shot": r"PERFORATED: leaves at 2\d\d m/s.*did you mean \"mass_g\"",
+    "v50": r"as published: V50 \d+",
+    "which-parameters-matter": r"16 limits, 16 computed",
+    "calibration": r"The data do not fix /fabric/crossover/compression/a_mm between 0.02 and 0.25",
+}
 
 
 @pytest.fixture
@@ -362,3 +374,28 @@ def test_import_takes_no_heavy_library_and_the_module_is_small() -> None:
     modules = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout
     assert not {"pandas", "matplotlib", "scipy", "SALib", "pyvista", "distributed", "dask"} & set(modules.split())
     assert os.path.getsize(ripstop._ripstop.__file__) < 20e6
+
+
+def texts(output: Any) -> str:
+    return str(output.get("text", "")) + "".join(str(text) for kind, text in output.get("data", {}).items() if kind.startswith("text/"))
+
+
+def test_there_are_four_without_outputs() -> None:
+    files = sorted(NOTEBOOKS.glob("*.ipynb"))
+    assert {file.stem for file in files} == SHOWN.keys()
+    for file in files:
+        notebook = nbformat.read(file, as_version=4)
+        nbformat.validate(notebook)
+        assert file.stat().st_size < 20_000 and not any(cell.get("outputs") for cell in notebook.cells)
+
+
+@pytest.mark.parametrize("name", SHOWN)
+def test_notebook_runs(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("RIPSTOP_SAMPLES", "2")
+    monkeypatch.setenv("RIPSTOP_REALISATIONS", "2")
+    notebook = nbformat.read(NOTEBOOKS / f"{name}.ipynb", as_version=4)
+    NotebookClient(notebook, timeout=300, kernel_name="python3", resources={"metadata": {"path": str(tmp_path)}}).execute()
+    outputs = [output for cell in notebook.cells for output in cell.get("outputs", ())]
+    assert re.search(SHOWN[name], "\n".join(map(texts, outputs)), re.S)
+    figures = sum("image/png" in output.get("data", {}) for output in outputs)
+    assert figures >= {"first-shot": 3, "v50": 2, "which-parameters-matter": 3, "calibration": 2}[name]
