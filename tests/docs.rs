@@ -6,17 +6,13 @@
 //! picture are written anew.
 
 mod commands;
+#[path = "../examples/library.rs"]
+mod library;
 mod lists;
 #[allow(dead_code, reason = "the suite does not compute limits")]
 #[path = "../examples/measured.rs"]
 mod measured;
-#[path = "../examples/one_shot.rs"]
-mod one_shot;
 mod page;
-#[path = "../examples/unit_cell.rs"]
-mod unit_cell;
-#[path = "../examples/velocity_sweep.rs"]
-mod velocity_sweep;
 
 use std::fs;
 use std::path::Path;
@@ -90,18 +86,8 @@ fn every_generated_part_is_held() {
 }
 
 #[test]
-fn one_shot_runs() {
-    one_shot::main().unwrap();
-}
-
-#[test]
-fn the_velocity_sweep_runs() {
-    velocity_sweep::main().unwrap();
-}
-
-#[test]
-fn the_unit_cell_runs() {
-    unit_cell::main().unwrap();
+fn the_example_of_the_library_runs() {
+    library::main().unwrap();
 }
 
 /// A row whose bracket as woven is shot again: two shots. The limit of the first row is shot in `objectivity`.
