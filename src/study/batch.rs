@@ -8,7 +8,7 @@ use std::ops::Range;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::{fs, slice, thread};
+use std::{fs, thread};
 
 use serde_json::{Value, json};
 
@@ -140,8 +140,7 @@ impl<'a> Batch<'a> {
         threads: usize,
         fired: &(dyn Fn(&ShotTable) + Sync),
     ) -> Result<(), BatchError> {
-        let wanted: Vec<(usize, ShotOrder)> = orders.iter().map(|order| (0, *order)).collect();
-        fire(slice::from_ref(self), &wanted, threads, fired)
+        fire(&orders.iter().map(|order| (self, *order)).collect::<Vec<_>>(), threads, fired)
     }
 
     /// Most shots that the device has room for at a time.
@@ -155,79 +154,66 @@ impl<'a> Batch<'a> {
     pub(super) fn close(self) -> Result<(), BatchError> {
         self.table.into_inner().unwrap_or_else(PoisonError::into_inner).close()
     }
+
+    /// Case of a shot without output that a row does not need; or the row of one that cannot be drawn.
+    fn ready(&self, order: ShotOrder) -> Result<Case, Box<ShotRow>> {
+        let mut shot = order_case(&self.case, self.options.seed, order).map_err(|error| {
+            let mut row = ShotRow::of_failure(order, &self.case, &error.to_string());
+            row.velocity = order.velocity.unwrap_or(row.velocity);
+            row.drawn.clear();
+            Box::new(row)
+        })?;
+        // None of these changes the outcome.
+        shot.output.frames = 0;
+        shot.output.profile_times.clear();
+        shot.expect.clear();
+        let later_end = self.table().find(order).and_then(|row| row.later_end(&self.case));
+        shot.solver.end_time = later_end.unwrap_or(shot.solver.end_time);
+        Ok(shot)
+    }
+
+    /// Row of a shot on the processor; `None` where it was given up.
+    fn shoot(&self, order: ShotOrder) -> Option<ShotRow> {
+        if self.options.stopped() {
+            return None;
+        }
+        let shot = match self.ready(order) {
+            Ok(shot) => shot,
+            Err(row) => return Some(*row),
+        };
+        let BatchOptions { threads_per_shot, precision, interrupt, .. } = self.options;
+        let options = Options::default().threads(threads_per_shot).precision(precision);
+        match run::run(&shot, options, interrupt, &mut ()) {
+            Ok(run) if run.interrupted => None,
+            Ok(run) => Some(ShotRow::of_run(order, &shot, &run)),
+            Err(error) => Some(ShotRow::of_failure(order, &shot, &error.to_string())),
+        }
+    }
 }
 
-/// Fires shots of some batches, each with the place of its batch, as [`Batch::fire`] does; one that is there and undecided with a later end.
+/// A shot of a batch.
+pub(super) type Wanted<'b, 'a> = (&'b Batch<'a>, ShotOrder);
+
+/// Fires shots of batches with the same options, as [`Batch::fire`] does; one that is there and undecided with a later end.
 pub(super) fn fire(
-    batches: &[Batch<'_>],
-    wanted: &[(usize, ShotOrder)],
+    wanted: &[Wanted<'_, '_>],
     threads: usize,
     fired: &(dyn Fn(&ShotTable) + Sync),
 ) -> Result<(), BatchError> {
-    let Some(first) = batches.first() else { return Ok(()) };
     let add = |number: usize, row: ShotRow| {
-        let mut table = batches[wanted[number].0].table();
+        let mut table = wanted[number].0.table();
         table.add(row)?;
         fired(&table);
         Ok(())
     };
-    let setup = |(batch, order): &(usize, ShotOrder)| {
-        let Batch { case, .. } = &batches[*batch];
-        ShotSetup {
-            case,
-            order: *order,
-            later_end: batches[*batch].table().find(*order).and_then(|row| row.later_end(case)),
-        }
-    };
-    let shots: Vec<ShotSetup<'_>> = wanted.iter().map(setup).collect();
-    if let Some(device) = &first.device {
-        return locked(device).fire(&shots, &mut |number, row| add(number, row));
+    if let Some(device) = wanted.first().and_then(|(batch, _)| batch.device.as_ref()) {
+        return locked(device).fire(wanted, &mut |number, row| add(number, row));
     }
     let shoot = |number: usize| {
-        shoot(&shots[number], &first.options).ok_or(BatchError::Interrupted).and_then(|row| add(number, row))
+        let (batch, order) = wanted[number];
+        batch.shoot(order).ok_or(BatchError::Interrupted).and_then(|row| add(number, row))
     };
     in_threads(threads, 0..wanted.len(), shoot).map(drop)
-}
-
-/// A shot to be fired, and the end of its run where that is not the case's [s].
-struct ShotSetup<'c> {
-    case: &'c Case,
-    order: ShotOrder,
-    later_end: Option<f64>,
-}
-
-/// Case of a shot without output that a row does not need; or the row of one that cannot be drawn.
-fn ready(&ShotSetup { case, order, later_end }: &ShotSetup<'_>, seed: u32) -> Result<Case, Box<ShotRow>> {
-    let mut shot = order_case(case, seed, order).map_err(|error| {
-        let mut row = ShotRow::of_failure(order, case, &error.to_string());
-        row.velocity = order.velocity.unwrap_or(row.velocity);
-        row.drawn.clear();
-        Box::new(row)
-    })?;
-    // None of these changes the outcome.
-    shot.output.frames = 0;
-    shot.output.profile_times.clear();
-    shot.expect.clear();
-    shot.solver.end_time = later_end.unwrap_or(shot.solver.end_time);
-    Ok(shot)
-}
-
-/// Row of a shot on the processor; `None` where it was given up.
-fn shoot(setup: &ShotSetup<'_>, options: &BatchOptions<'_>) -> Option<ShotRow> {
-    if options.stopped() {
-        return None;
-    }
-    let order = setup.order;
-    let shot = match ready(setup, options.seed) {
-        Ok(shot) => shot,
-        Err(row) => return Some(*row),
-    };
-    let run_options = Options::default().threads(options.threads_per_shot).precision(options.precision);
-    match run::run(&shot, run_options, options.interrupt, &mut ()) {
-        Ok(run) if run.interrupted => None,
-        Ok(run) => Some(ShotRow::of_run(order, &shot, &run)),
-        Err(error) => Some(ShotRow::of_failure(order, &shot, &error.to_string())),
-    }
 }
 
 /// A shot that waits: its number among those to fire, and what was asked for.
@@ -245,17 +231,16 @@ struct DeviceRunner<'a> {
 }
 
 impl<'a> DeviceRunner<'a> {
-    /// Computes shots and hands their rows over as they end, in any order, each with its number among `shots`.
-    fn fire(&mut self, shots: &[ShotSetup<'_>], done: &mut Done<'_>) -> Result<(), BatchError> {
+    /// Computes shots and hands their rows over as they end, in any order, each with its number among `wanted`.
+    fn fire(&mut self, wanted: &[Wanted<'_, '_>], done: &mut Done<'_>) -> Result<(), BatchError> {
         let mut numbers = 0..;
-        for some in shots.chunks(WAITING) {
+        for some in wanted.chunks(WAITING) {
             let mut groups: Vec<(Vec<Waiting>, Vec<PreparedShot>)> = Vec::new();
-            for (number, setup) in numbers.by_ref().zip(some) {
+            for (number, (of, order)) in numbers.by_ref().zip(some.iter().copied()) {
                 if self.options.stopped() {
                     return Err(BatchError::Interrupted);
                 }
-                let order = setup.order;
-                let prepared = ready(setup, self.options.seed).and_then(|case| {
+                let prepared = of.ready(order).and_then(|case| {
                     PreparedShot::new(case.clone())
                         .map_err(|error| Box::new(ShotRow::of_failure(order, &case, &error.to_string())))
                 });

@@ -87,13 +87,19 @@ pub fn order(request: &ShotsRequest, seed: u32, shot: u32) -> ShotOrder {
 /// Begins a batch, or goes on with the one that is there.
 ///
 /// # Errors
-/// When the disk refuses, or another batch lies in the folder.
+/// When the disk refuses, another batch lies in the folder, or more shots than are asked for: some would be lost.
 pub(super) fn begin<'a>(
     case: &Case,
     request: &ShotsRequest,
     options: &BatchOptions<'a>,
     folder: &Folder,
 ) -> Result<Batch<'a>, BatchError> {
+    let last = rows_in(folder, TABLE).last_key_value().map_or(0, |((shot, _), _)| shot + 1);
+    if last > request.count {
+        let (expected, found) = (format!("--count {last} or more: shots so far"), format!("--count {}", request.count));
+        let help = "or choose another folder with --out DIR";
+        return Err(CaseError::of_path(&folder.path().join(TABLE), expected, found, help).into());
+    }
     // A longer batch may go on where a shorter one ended: the count is no part of the plan.
     let parts = json!({ "velocity_m_s": request.velocity });
     batch::begin("shots", case, options, parts, (folder, FILES))?;
@@ -105,29 +111,12 @@ pub(super) fn missing(table: &ShotTable, request: &ShotsRequest, seed: u32) -> V
     (0..request.count).map(|shot| order(request, seed, shot)).filter(|order| table.find(*order).is_none()).collect()
 }
 
-/// Fires the shots that are not there yet and writes the table and the page.
+/// Writes the table and the page of a batch whose shots are all there.
 ///
 /// # Errors
-/// See [`BatchError`]; rows so far stay. Fewer shots than there are rows would lose some.
-pub fn run(
-    case: &Case,
-    request: &ShotsRequest,
-    options: &BatchOptions<'_>,
-    folder: &Folder,
-) -> Result<ShotsResult, BatchError> {
-    let last = rows_in(folder, TABLE).last_key_value().map_or(0, |((shot, _), _)| shot + 1);
-    if last > request.count {
-        let (expected, found) = (format!("--count {last} or more: shots so far"), format!("--count {}", request.count));
-        let help = "or choose another folder with --out DIR";
-        return Err(CaseError::of_path(&folder.path().join(TABLE), expected, found, help).into());
-    }
-    let batch = begin(case, request, options, folder)?;
-    let missing = missing(&batch.table(), request, options.seed);
-    let done = AtomicU32::new(request.count - missing.len() as u32);
-    batch.fire(&missing, options.threads, &|table| {
-        let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-        (options.progress)(StudyProgress { done, of: request.count, shots: 0, ..table.progress() });
-    })?;
+/// When the disk refuses.
+pub(super) fn end(batch: Batch<'_>, request: &ShotsRequest, folder: &Folder) -> Result<ShotsResult, BatchError> {
+    let case = &batch.case;
     let table = batch.table().text(request.count);
     let rows: Vec<ShotRow> = batch.table().rows(request.count).cloned().collect();
     let data = RangeData { rows: rows.iter().filter_map(ShotRow::fit_row).collect(), ..RangeData::default() };
@@ -139,6 +128,26 @@ pub fn run(
     folder.put(&[("shots.json", json), ("shots.html", page), (TABLE, table)], &[])?;
     batch.close()?;
     Ok(result)
+}
+
+/// Fires the shots that are not there yet and writes the table and the page.
+///
+/// # Errors
+/// See [`BatchError`]; rows so far stay.
+pub fn run(
+    case: &Case,
+    request: &ShotsRequest,
+    options: &BatchOptions<'_>,
+    folder: &Folder,
+) -> Result<ShotsResult, BatchError> {
+    let batch = begin(case, request, options, folder)?;
+    let missing = missing(&batch.table(), request, options.seed);
+    let done = AtomicU32::new(request.count - missing.len() as u32);
+    batch.fire(&missing, options.threads, &|table| {
+        let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+        (options.progress)(StudyProgress { done, of: request.count, shots: 0, ..table.progress() });
+    })?;
+    end(batch, request, folder)
 }
 
 impl ShotsResult {

@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use serde_json::{Map, Value, json};
 
-use super::batch::{self, BatchError, BatchOptions, ShotOrder, StudyProgress};
+use super::batch::{self, BatchError, BatchOptions, StudyProgress};
 use super::report::{Report, ReportTable, ends, roomy};
 use super::shots::{self, ShotRow, ShotsRequest};
 use super::v50::{self, V50Request};
@@ -179,16 +179,18 @@ struct Sweep<'a> {
 
 impl<'a> Sweep<'a> {
     fn run(&self) -> Result<SweepResult, BatchError> {
-        let count = self.request.points.len();
-        let mut points = Vec::with_capacity(count);
-        for first in (0..count).step_by(TOGETHER) {
-            let numbers: Vec<usize> = (first..(first + TOGETHER).min(count)).collect();
-            if let SweepOf::Shots(of) = &self.request.of {
-                self.fire_ahead(of, &numbers)?;
-            }
-            for number in numbers {
-                points.push(self.point(number)?);
-                self.show(number + 1);
+        let numbers: Vec<usize> = (0..self.request.points.len()).collect();
+        let mut points = Vec::with_capacity(numbers.len());
+        for numbers in numbers.chunks(TOGETHER) {
+            match &self.request.of {
+                SweepOf::Shots(of) => self.shots(of, numbers, &mut points)?,
+                SweepOf::V50(of) => {
+                    for number in numbers {
+                        let (case, folder, options) = self.batch(*number, v50::FILES)?;
+                        let cells = v50_cells(&v50::run(case, of, &options, &folder)?);
+                        points.push(self.point(*number, cells));
+                    }
+                }
             }
         }
         Ok(SweepResult { points })
@@ -207,39 +209,35 @@ impl<'a> Sweep<'a> {
         Ok((&self.request.points[number].1, folder, options))
     }
 
-    /// Fires the shots of points together: their rows are there once their points are computed.
-    fn fire_ahead(&self, of: &ShotsRequest, numbers: &[usize]) -> Result<(), BatchError> {
-        let (mut batches, mut folders, mut wanted) = (Vec::new(), Vec::new(), Vec::new());
-        for (at, number) in numbers.iter().enumerate() {
+    /// Fires the shots of points together, and adds the cells of each.
+    fn shots(&self, of: &ShotsRequest, numbers: &[usize], points: &mut Vec<Vec<Value>>) -> Result<(), BatchError> {
+        let mut begun = Vec::with_capacity(numbers.len());
+        for number in numbers {
             let (case, folder, options) = self.batch(*number, shots::FILES)?;
-            let batch = shots::begin(case, of, &options, &folder)?;
-            wanted.extend(shots::missing(&batch.table(), of, options.seed).into_iter().map(|order| (at, order)));
-            batches.push(batch);
-            // Locked until all are fired.
-            folders.push(folder);
+            begun.push((shots::begin(case, of, &options, &folder)?, folder));
         }
-        let wanted: Vec<(usize, ShotOrder)> = wanted;
+        let mut wanted = Vec::new();
+        for (batch, _) in &begun {
+            let missing = shots::missing(&batch.table(), of, self.options.seed);
+            wanted.extend(missing.into_iter().map(|order| (batch, order)));
+        }
         let fired = AtomicUsize::new(0);
-        batch::fire(&batches, &wanted, self.options.threads, &|_| {
+        batch::fire(&wanted, self.options.threads, &|_| {
             let fired = fired.fetch_add(1, Ordering::Relaxed) + 1;
             self.show(numbers[0] + numbers.len() * fired / wanted.len());
-        })
+        })?;
+        for (number, (batch, folder)) in numbers.iter().zip(begun) {
+            let cells = shots_cells(&shots::end(batch, of, &folder)?.rows);
+            points.push(self.point(*number, cells));
+        }
+        Ok(())
     }
 
-    /// Cells of a point.
-    fn point(&self, number: usize) -> Result<Vec<Value>, BatchError> {
-        let cells = match &self.request.of {
-            SweepOf::Shots(request) => {
-                let (case, folder, options) = self.batch(number, shots::FILES)?;
-                shots_cells(&shots::run(case, request, &options, &folder)?.rows)
-            }
-            SweepOf::V50(request) => {
-                let (case, folder, options) = self.batch(number, v50::FILES)?;
-                v50_cells(&v50::run(case, request, &options, &folder)?)
-            }
-        };
+    /// Values of the factors at a point that has ended, and the cells of its result.
+    fn point(&self, number: usize, cells: Vec<Value>) -> Vec<Value> {
+        self.show(number + 1);
         let value = |text: &String| serde_json::from_str(text).unwrap_or_else(|_| text.as_str().into());
-        Ok(self.request.points[number].0.iter().map(value).chain(cells).collect())
+        self.request.points[number].0.iter().map(value).chain(cells).collect()
     }
 }
 

@@ -343,14 +343,14 @@ impl Campaign<'_> {
         };
         loop {
             let found: Vec<_> = realisations.iter().map(search).collect();
-            let wanted: Vec<(usize, ShotOrder)> =
-                found.iter().filter_map(|found| found.as_ref().err().copied()).collect();
+            let of_batch = |(number, order): &(usize, ShotOrder)| (&self.batches[*number], *order);
+            let wanted: Vec<_> = found.iter().filter_map(|found| found.as_ref().err().map(of_batch)).collect();
             if wanted.is_empty() {
                 let count = realisations.len() as u32;
                 self.done.fetch_add(count, Ordering::Relaxed);
                 return Ok(found.into_iter().flatten().collect());
             }
-            batch::fire(&self.batches, &wanted, 1, &|_| {})?;
+            batch::fire(&wanted, 1, &|_| {})?;
             let seen: Vec<StudyProgress> = self.batches.iter().map(|batch| batch.table().progress()).collect();
             (self.options.progress)(StudyProgress {
                 done: self.done.load(Ordering::Relaxed),
