@@ -9,7 +9,7 @@ mod estimation;
 mod variability;
 
 use ripstop::study::binary_response::{Group, Outcomes};
-use ripstop::study::interval::Bounds;
+use ripstop::study::limit::Bounds;
 
 /// Wu & Tian 2014, Table 1: range 0 to 22, σ guessed as 3.
 const WU_TIAN: &str =

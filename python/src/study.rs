@@ -9,7 +9,7 @@ use ripstop::case::with_velocity;
 use ripstop::model::unit_cell::{self, CurveLaw};
 use ripstop::output::Folder;
 use ripstop::study::batch::{BatchError, BatchOptions, StudyProgress};
-use ripstop::study::range_data::{self, ColumnKind, VelocityUnit};
+use ripstop::study::fit::{self as fits, ColumnKind, VelocityUnit};
 use ripstop::study::shots::{self, ShotsRequest};
 use ripstop::study::sweep::{self, Factor, SweepOf, SweepRequest, grid};
 use ripstop::study::v50::{self, V50Request};
@@ -154,8 +154,8 @@ pub(crate) fn fit(
     let unit = unit.map(|unit| named::<VelocityUnit>("unit", unit)).transpose()?;
     let kind = |(kind, heading): (String, String)| Ok((named::<ColumnKind>("columns", &kind)?, heading));
     let columns = columns.into_iter().map(kind).collect::<PyResult<Vec<_>>>()?;
-    let data = range_data::read(&data, unit, &columns).map_err(refused)?;
-    let found = ripstop::study::fit::fit(&data, level, spread);
+    let data = fits::read(&data, unit, &columns).map_err(refused)?;
+    let found = fits::fit(&data, level, spread);
     Ok((found.json().to_string(), found.report(name).html(&format!("Ballistic limit: {name}"), "fit.json")))
 }
 

@@ -13,7 +13,7 @@ use ripstop::output::expect::{expected, got, quantity};
 use ripstop::output::number::{fixed, fraction, short};
 use ripstop::output::{self, Folder};
 use ripstop::run::{self, Options, Precision, Progress};
-use ripstop::study::{bench, device_bench};
+use ripstop::study::bench;
 use serde_json::{Value, json};
 
 use super::arguments::{Backend, BackendArguments, BackendChoice, PrintArguments};
@@ -121,7 +121,7 @@ pub(crate) fn bench(arguments: &BenchArguments) -> Result<(), CommandFailure> {
         let read = |changes: &[String]| read(path, changes);
         let one = match &chosen.device {
             Some(device) if arguments.gpu => {
-                device_bench::measure(&read, device, arguments.backend.threads, &interrupted, &mut terminal::show_run)
+                bench::measure_device(&read, device, arguments.backend.threads, &interrupted, &mut terminal::show_run)
             }
             _ => bench::measure(&read, options, &interrupted, &mut terminal::show_run),
         };

@@ -12,7 +12,6 @@ use ripstop::output::Folder;
 use ripstop::output::number::short;
 use ripstop::study::batch::{BatchError, BatchOptions, StudyProgress, order_case};
 use ripstop::study::fit;
-use ripstop::study::range_data::{self, ColumnKind, VelocityUnit};
 use ripstop::study::report::{Report, ReportTable};
 use ripstop::study::shots::{self, ShotsRequest};
 use ripstop::study::sweep::{self, Factor, SweepOf, SweepRequest, grid};
@@ -215,7 +214,7 @@ pub(crate) fn sweep(arguments: &SweepArguments) -> Result<(), CommandFailure> {
 
 /// `ripstop fit`: a limit from a table of shots.
 pub(crate) fn fit(arguments: &FitArguments) -> Result<(), CommandFailure> {
-    let data = range_data::read(&arguments.data, arguments.unit, &arguments.columns)?;
+    let data = fit::read(&arguments.data, arguments.unit, &arguments.columns)?;
     let found = fit::fit(&data, arguments.level, arguments.spread);
     let title = arguments.data.display().to_string();
     let (json, report) = (found.json(), found.report(&title));

@@ -4,9 +4,15 @@
 //! The fit runs over η = α + β u with the velocity u from its mean and over its spread; the log-likelihood is concave in (α, β). Without
 //! overlap it has no maximum: β grows without bound. Firth's penalty, half the logarithm of the information's determinant in (α, β),
 //! gives a finite estimate there (Kosmidis & Firth 2021).
+//!
+//! Intervals of the velocity at which the chance of a perforation is p are those of the likelihood ratio: all velocities t with max over σ of
+//! ℓ(t − z_p σ, σ) ≥ ℓ̂ − ½ χ²₁. Along η = z_p + β (v − t) the log-likelihood is concave in β, and the set is an interval. It may have no end
+//! on a side: then a chance that does not depend on velocity explains the shots well enough. Where the estimate is Firth's, the likelihood has
+//! the same penalty.
 
 use nalgebra::{Matrix2, Vector2};
 
+use super::limit::{Bounds, highest, outer_end, peak, student_t};
 use crate::num::random::normal;
 
 /// Steps of a fit at most. From these starts 5 to 20 are needed.
@@ -168,72 +174,56 @@ fn refuse(outcomes: &Outcomes) -> Result<(), &'static str> {
     }
 }
 
-/// w \[1 z; z z²\].
-fn moments(w: f64, z: f64) -> Matrix2<f64> {
-    Matrix2::new(w, w * z, w * z, w * z * z)
-}
-
 /// Inverse of a matrix; `None` where there is none.
 fn inverse(m: Matrix2<f64>) -> Option<Matrix2<f64>> {
     m.try_inverse().filter(|inverse| inverse.iter().all(|value| value.is_finite()))
 }
 
 /// Linear predictor η = α + β u as (α, β).
-pub(super) type LinearPredictor = Vector2<f64>;
+type LinearPredictor = Vector2<f64>;
 
-/// Shots of one standardised velocity u.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct StandardizedShots {
-    pub(super) u: f64,
-    pub(super) perforated: f64,
-    pub(super) stopped: f64,
-}
-
-/// Shots to fit, in velocities from their mean and over their spread.
+/// Shots to fit.
 #[derive(Clone, Debug)]
-pub(super) struct Problem {
-    pub(super) points: Vec<StandardizedShots>,
+struct Problem {
+    /// Shots with velocities u from the mean and over the spread.
+    points: Vec<Group>,
     /// Mean and spread of the velocities.
-    pub(super) centre: f64,
-    pub(super) scale: f64,
+    centre: f64,
+    scale: f64,
 }
 
 impl Problem {
-    pub(super) fn new(outcomes: &Outcomes) -> Self {
+    fn new(outcomes: &Outcomes) -> Self {
         let groups = outcomes.groups();
         let count: f64 = groups.iter().map(|group| group.count() as f64).sum();
         let centre = groups.iter().map(|group| group.count() as f64 * group.velocity).sum::<f64>() / count;
         let square =
             groups.iter().map(|group| group.count() as f64 * (group.velocity - centre).powi(2)).sum::<f64>() / count;
         let scale = if square > 0.0 { square.sqrt() } else { 1.0 };
-        let point = |group: &Group| StandardizedShots {
-            u: (group.velocity - centre) / scale,
-            perforated: group.perforated as f64,
-            stopped: group.stopped as f64,
-        };
+        let point = |group: &Group| Group { velocity: (group.velocity - centre) / scale, ..*group };
         Self { points: groups.iter().map(point).collect(), centre, scale }
     }
 
     /// Logarithm of the likelihood.
-    pub(super) fn log_likelihood(&self, line: LinearPredictor) -> f64 {
-        let term = |point: &StandardizedShots| {
-            let eta = line.x + line.y * point.u;
-            let of = |count: f64, eta: f64| if count > 0.0 { count * normal::ln_probability(eta) } else { 0.0 };
+    fn log_likelihood(&self, line: LinearPredictor) -> f64 {
+        let term = |point: &Group| {
+            let eta = line.x + line.y * point.velocity;
+            let of = |count: u64, eta: f64| if count > 0 { count as f64 * normal::ln_probability(eta) } else { 0.0 };
             of(point.perforated, eta) + of(point.stopped, -eta)
         };
         self.points.iter().map(term).sum()
     }
 
     /// Logarithm of the likelihood, with Firth's penalty if wanted.
-    pub(super) fn height(&self, line: LinearPredictor, penalty: bool) -> f64 {
+    fn height(&self, line: LinearPredictor, penalty: bool) -> f64 {
         self.log_likelihood(line) + if penalty { 0.5 * self.information(line).determinant().ln() } else { 0.0 }
     }
 
     /// Expected information on (α, β).
     fn information(&self, line: LinearPredictor) -> Matrix2<f64> {
-        let of = |point: &StandardizedShots| {
-            let w = (point.perforated + point.stopped) * normal::information(line.x + line.y * point.u);
-            moments(w, point.u)
+        let of = |point: &Group| {
+            let (w, u) = (point.count() as f64 * normal::information(line.x + line.y * point.velocity), point.velocity);
+            Matrix2::new(w, w * u, w * u, w * u * u)
         };
         self.points.iter().map(of).sum()
     }
@@ -241,12 +231,13 @@ impl Problem {
     /// Derivatives of the logarithm of the likelihood, with the penalty's if wanted.
     fn gradient(&self, line: LinearPredictor, penalty: bool) -> Option<Vector2<f64>> {
         let covariance = if penalty { inverse(self.information(line))? } else { Matrix2::zeros() };
-        let of = |point: &StandardizedShots| {
-            let (eta, u) = (line.x + line.y * point.u, point.u);
-            let mut slope = point.perforated * normal::slope(eta) - point.stopped * normal::slope(-eta);
+        let of = |point: &Group| {
+            let u = point.velocity;
+            let eta = line.x + line.y * u;
+            let mut slope = point.perforated as f64 * normal::slope(eta) - point.stopped as f64 * normal::slope(-eta);
             if penalty {
                 let variance = covariance.m11 + u * (2.0 * covariance.m12 + u * covariance.m22);
-                let leverage = (point.perforated + point.stopped) * normal::information(eta) * variance;
+                let leverage = point.count() as f64 * normal::information(eta) * variance;
                 slope += 0.5 * leverage * normal::ln_information_slope(eta);
             }
             Vector2::new(slope, slope * u)
@@ -279,5 +270,150 @@ impl Problem {
             line += share * step;
         }
         Err(UNSETTLED)
+    }
+}
+
+/// Interval of the velocity at chance `p` with two-sided confidence `level`. Without an estimate it ends on one side at most, where one
+/// outcome is missing.
+pub fn interval(outcomes: &Outcomes, estimate: Option<&Estimate>, p: f64, level: f64) -> Bounds {
+    let z = normal::quantile(0.5 + 0.5 * level);
+    ProfileLikelihood::new(outcomes, estimate, p, 0.5 * z * z).map_or_else(Bounds::default, |profile| profile.bounds())
+}
+
+/// Log-likelihood over the velocity t of one chance, σ chosen best at each. Velocities are those of the [`Problem`].
+struct ProfileLikelihood {
+    problem: Problem,
+    /// η at that chance.
+    z: f64,
+    penalty: bool,
+    /// Least height inside.
+    cut: f64,
+    /// A velocity inside, and the step from there to look for the ends.
+    inside: f64,
+    step: f64,
+}
+
+impl ProfileLikelihood {
+    /// `None` where every velocity is inside.
+    fn new(outcomes: &Outcomes, estimate: Option<&Estimate>, p: f64, below: f64) -> Option<Self> {
+        let problem = Problem::new(outcomes);
+        let z = normal::quantile(p);
+        if let Some(estimate @ Estimate { mu, sigma, firth, .. }) = estimate {
+            let (centre, scale) = (problem.centre, problem.scale);
+            let height = problem.height(LinearPredictor::new((centre - mu) / sigma, scale / sigma), *firth);
+            let inside = (estimate.velocity(p) - centre) / scale;
+            // About the standard error of V50.
+            let step = sigma / (scale * (outcomes.counts().iter().sum::<u64>() as f64).sqrt());
+            return Some(Self { problem, z, penalty: *firth, cut: height - below, inside, step });
+        }
+        // A step beyond all shots explains one outcome without a rest.
+        let [low, high] = [problem.points.first()?.velocity, problem.points.last()?.velocity];
+        let inside = match outcomes.counts() {
+            [0, _] => high + 1.0,
+            [_, 0] => low - 1.0,
+            _ => return None,
+        };
+        Some(Self { problem, z, penalty: false, cut: -below, inside, step: 0.5 })
+    }
+
+    fn bounds(&self) -> Bounds {
+        let end = |side: f64| {
+            let above = |t: f64| self.height(t) - self.cut;
+            let find = || outer_end(above, self.inside, side * self.step, side * f64::INFINITY, 1e-10 * self.step);
+            let t = if self.flat(side) >= self.cut { None } else { find() }?;
+            Some(self.problem.centre + self.problem.scale * t)
+        };
+        Bounds { low: end(-1.0), high: end(1.0) }
+    }
+
+    /// Supremum far out on a side, where the chance no longer depends on velocity: it is then at most p above all shots, at least p below.
+    fn flat(&self, side: f64) -> f64 {
+        let height = |alpha: f64| self.problem.height(LinearPredictor::new(alpha, 0.0), self.penalty);
+        let [low, high] = if side > 0.0 { [self.z - 20.0, self.z] } else { [self.z, self.z + 20.0] };
+        peak(height, low, high, 1e-5).1
+    }
+
+    /// η = z + β (u − t).
+    fn line(&self, t: f64, beta: f64) -> LinearPredictor {
+        LinearPredictor::new(self.z - beta * t, beta)
+    }
+
+    /// Largest log-likelihood at t. It is concave in β; the penalised one may have several maxima.
+    fn height(&self, t: f64) -> f64 {
+        // Logarithms of β per spread of the velocities: from a chance that hardly changes to a step.
+        let (low, high, places) = if self.penalty { (-12.0, 8.0, 16) } else { (-12.0, 21.0, 1) };
+        let at = |log: f64| {
+            let height = self.problem.height(self.line(t, log.exp()), self.penalty);
+            if height.is_finite() { height } else { f64::NEG_INFINITY }
+        };
+        highest(at, low, high, places, 1e-5).1
+    }
+}
+
+/// Thresholds as a normal sample.
+///
+/// The interval of a quantile q is that of the likelihood ratio, with σ chosen best at each q. It ends where the log-likelihood has fallen
+/// by ½ n ln\[1 + t²/(n − 1)\] with Student's t, so that the interval of the mean is exact for normal thresholds, whatever their number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ThresholdSample {
+    /// Number of thresholds.
+    pub count: usize,
+    /// Mean: V50, in the unit of the thresholds.
+    pub mean: f64,
+    /// Standard deviation, without what the width of the brackets adds.
+    pub sigma: f64,
+}
+
+impl ThresholdSample {
+    /// Sample of thresholds, each the middle of a bracket of this width; `None` of none.
+    pub fn new(thresholds: &[f64], bracket: f64) -> Option<Self> {
+        let n = thresholds.len() as f64;
+        let mean = thresholds.iter().sum::<f64>() / n;
+        let squares: f64 = thresholds.iter().map(|threshold| (threshold - mean).powi(2)).sum();
+        let variance = if n > 1.0 { squares / (n - 1.0) } else { 0.0 };
+        // Sheppard: a value rounded to a width scatters by that width over √12 more.
+        let sigma = (variance - bracket * bracket / 12.0).max(0.0).sqrt();
+        (!thresholds.is_empty()).then_some(Self { count: thresholds.len(), mean, sigma })
+    }
+
+    /// Threshold that a part `p` of the realisations lies below.
+    pub fn quantile(&self, p: f64) -> f64 {
+        self.mean + self.sigma * normal::quantile(p)
+    }
+
+    /// Part of the realisations that are perforated at a velocity.
+    pub fn probability(&self, velocity: f64) -> f64 {
+        match self.sigma {
+            sigma if sigma > 0.0 => normal::probability((velocity - self.mean) / sigma),
+            _ if velocity < self.mean => 0.0,
+            _ => 1.0,
+        }
+    }
+
+    /// Interval of [`ThresholdSample::quantile`] with this two-sided confidence; without ends of fewer than two thresholds.
+    pub fn interval(&self, p: f64, level: f64) -> Bounds {
+        let value = self.quantile(p);
+        let n = self.count as f64;
+        if self.count < 2 {
+            return Bounds::default();
+        }
+        if self.sigma == 0.0 {
+            return Bounds { low: Some(value), high: Some(value) };
+        }
+        let t = student_t(level, self.count as u64 - 1);
+        let fall = 0.5 * n * (t * t / (n - 1.0)).ln_1p();
+        let most_likely = (1.0 - 1.0 / n) * self.sigma * self.sigma;
+        let z = normal::quantile(p);
+        // Log-likelihood over its part that does not change, with the best σ.
+        let height = |q: f64| {
+            let off = self.mean - q;
+            let sigma = 0.5 * (off * z + (off * off * (z * z + 4.0) + 4.0 * most_likely).sqrt());
+            -n * (sigma / self.sigma).ln() - 0.5 * n * (most_likely + (off + z * sigma).powi(2)) / (sigma * sigma)
+        };
+        let best = -0.5 * n * (1.0 - 1.0 / n).ln() - 0.5 * n;
+        let above = |q: f64| height(q) - (best - fall);
+        let step = 0.5 * self.sigma / n.sqrt();
+        let end = |side: f64| outer_end(above, value, side * step, side * f64::INFINITY, 1e-9 * self.sigma);
+        Bounds { low: end(-1.0), high: end(1.0) }
     }
 }

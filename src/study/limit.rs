@@ -5,12 +5,13 @@
 //! rises from V₀ with an infinite slope, so intervals of V₀ are those of its profile: all V₀ at which the sum of squares is at most
 //! S (1 + t²/ν), the others chosen best.
 
+use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
+
 use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::binary_response::{Group, Outcomes};
-use super::interval::{Bounds, highest, outer_end, student_t};
-use super::range_data::VelocityUnit;
+use super::fit::VelocityUnit;
 use super::report::ReportTable;
 use crate::output::number::short;
 
@@ -20,6 +21,32 @@ pub const QUANTILES: [f64; 5] = [0.1, 0.25, 0.5, 0.75, 0.9];
 const EXPONENTS: [f64; 2] = [1.0, 10.0];
 /// Places tried before a search narrows: limits, exponents.
 const PLACES: [usize; 2] = [40, 8];
+/// Steps of a search for a root or a peak at most.
+const STEPS: usize = 200;
+/// Part of the larger side that golden sections keep.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
+
+/// Ends of an interval; `None` where it has no end on that side.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Bounds {
+    /// Lower end.
+    pub low: Option<f64>,
+    /// Upper end.
+    pub high: Option<f64>,
+}
+
+impl Bounds {
+    /// Whether half the width is at most this part of a value.
+    pub fn is_narrow(&self, value: Option<f64>, part: f64) -> bool {
+        let ends = value.zip(self.low.zip(self.high));
+        ends.is_some_and(|(value, (low, high))| 0.5 * (high - low) <= part * value)
+    }
+
+    /// Both ends to four digits, as people read them.
+    pub fn words(&self) -> [String; 2] {
+        [self.low, self.high].map(|end| end.map_or_else(|| "no end".to_owned(), |end| short(end, 4)))
+    }
+}
 
 /// Velocity of one chance.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -319,5 +346,113 @@ impl Squares {
         let square =
             |shot: &Passed| shot.count as f64 * (shot.residual - factor * shape(shot.impact, limit, exponent)).powi(2);
         self.shots.iter().map(square).sum()
+    }
+}
+
+/// Root of a function between `a` and `b`, to within `tolerance`: regula falsi (Illinois), halved where that is slow.
+fn root(f: impl Fn(f64) -> f64, mut a: f64, mut b: f64, tolerance: f64) -> f64 {
+    let (mut fa, mut fb) = (f(a), f(b));
+    for step in 0..STEPS {
+        let middle = if step % 3 == 2 { 0.5 * (a + b) } else { (a * fb - b * fa) / (fb - fa) };
+        let x = if middle > a.min(b) && middle < a.max(b) { middle } else { 0.5 * (a + b) };
+        let fx = f(x);
+        if fx == 0.0 || (b - a).abs() <= tolerance {
+            return x;
+        }
+        if (fx > 0.0) == (fb > 0.0) {
+            fa *= 0.5;
+        } else {
+            (a, fa) = (b, fb);
+        }
+        (b, fb) = (x, fx);
+    }
+    b
+}
+
+/// End of an interval around `inside`: the place where a function, positive inside, becomes negative. The search takes steps that double,
+/// the first with the sign of the side, up to `last`; `None`: there is no end before it.
+pub(super) fn outer_end(f: impl Fn(f64) -> f64, inside: f64, step: f64, last: f64, tolerance: f64) -> Option<f64> {
+    let (mut inside, mut step) = (inside, step);
+    for _ in 0..STEPS {
+        let next = if step > 0.0 { (inside + step).min(last) } else { (inside + step).max(last) };
+        if f(next) < 0.0 {
+            return Some(root(f, inside, next, tolerance));
+        }
+        if next == last {
+            return None;
+        }
+        inside = next;
+        step *= 2.0;
+    }
+    None
+}
+
+/// Place, to within `tolerance`, and height of the maximum of a function with one, by golden sections.
+pub(super) fn peak(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64, tolerance: f64) -> (f64, f64) {
+    let inner = |low: f64, high: f64| [high - GOLDEN * (high - low), low + GOLDEN * (high - low)];
+    let [mut a, mut b] = inner(low, high);
+    let (mut fa, mut fb) = (f(a), f(b));
+    for _ in 0..STEPS {
+        if high - low <= tolerance {
+            break;
+        }
+        if fa < fb {
+            (low, a, fa) = (a, b, fb);
+            b = inner(low, high)[1];
+            fb = f(b);
+        } else {
+            (high, b, fb) = (b, a, fa);
+            a = inner(low, high)[0];
+            fa = f(a);
+        }
+    }
+    if fa < fb { (b, fb) } else { (a, fa) }
+}
+
+/// Place and height of the largest of several maxima: first the best of evenly spaced places.
+pub(super) fn highest(f: impl Fn(f64) -> f64, low: f64, high: f64, count: usize, tolerance: f64) -> (f64, f64) {
+    let width = (high - low) / count as f64;
+    let at = |n: usize| low + width * n as f64;
+    let best = (0..=count)
+        .map(|n| (at(n), f(at(n))))
+        .fold((low, f64::NEG_INFINITY), |best, next| if next.1 > best.1 { next } else { best });
+    let found = peak(&f, (best.0 - width).max(low), (best.0 + width).min(high), tolerance);
+    if found.1 > best.1 { found } else { best }
+}
+
+/// Student's t with P(|T| ≤ t) = `level`.
+pub(super) fn student_t(level: f64, degrees: u64) -> f64 {
+    let root_of_degrees = (degrees as f64).sqrt();
+    root_of_degrees * root(|angle| within(angle, degrees) - level, 0.0, FRAC_PI_2, 1e-15).tan()
+}
+
+/// P(|T| ≤ √ν tan θ) as a finite sum (Abramowitz & Stegun 26.7.3, 26.7.4).
+fn within(angle: f64, degrees: u64) -> f64 {
+    let (sine, cosine) = angle.sin_cos();
+    let odd = degrees % 2;
+    let mut term = if odd == 1 { cosine } else { 1.0 };
+    let mut sum = 0.0;
+    let mut n = 2 + odd;
+    while n <= degrees {
+        sum += term;
+        term *= cosine * cosine * (n - 1) as f64 / n as f64;
+        n += 2;
+    }
+    if odd == 1 { FRAC_2_PI * (angle + sine * sum) } else { sine * sum }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::student_t;
+
+    /// Table of Abramowitz & Stegun, 26.10: P(|T| ≤ t).
+    #[test]
+    fn quantiles_of_students_t_are_the_printed_ones() {
+        for (level, degrees, expected) in
+            [(0.9, 1, 6.314), (0.9, 2, 2.920), (0.9, 30, 1.697), (0.95, 5, 2.571), (0.99, 120, 2.617)]
+        {
+            let got = student_t(level, degrees);
+            assert!((got - expected).abs() < 6e-4, "{level} {degrees}: {got} instead of {expected}");
+        }
     }
 }

@@ -7,21 +7,18 @@
 //! - [`batch`] computes shots of a case, on the processor or on a device, and keeps their rows.
 //! - [`shots`] is `ripstop shots`, [`v50`] is `ripstop v50`, [`sweep`] runs either at many points, [`fit`] is `ripstop fit`,
 //!   [`bench`](mod@bench) is `ripstop bench`.
-//! - [`binary_response`] counts what became of shots and fits V50 and scatter, [`interval`] gives their confidence,
+//! - [`binary_response`] counts what became of shots and fits V50 and scatter with their confidence,
 //!   [`normal`](crate::num::random::normal) is how the chance of a perforation grows with velocity.
 //! - [`limit`] has the arithmetic V50 of the standards and the limit from residual velocities.
 //! - [`report`] holds a result in words, tables and figures, for the terminal and the page.
 //!
-//! Velocities are in m/s; of [`range_data`], a table of shots, in the unit of its heading.
+//! Velocities are in m/s; of a table of shots, which [`fit`] reads, in the unit of its heading.
 
 pub mod batch;
 pub mod bench;
 pub mod binary_response;
-pub mod device_bench;
 pub mod fit;
-pub mod interval;
 pub mod limit;
-pub mod range_data;
 pub mod report;
 pub mod shots;
 pub mod sweep;

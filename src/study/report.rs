@@ -2,11 +2,11 @@
 
 use maud::{Markup, html};
 
-use super::fit::Fit;
+use super::binary_response::ThresholdSample;
+use super::fit::{Fit, VelocityUnit};
 use super::limit::{Limit, ResidualModel};
-use super::range_data::VelocityUnit;
 use super::shots::ShotRow;
-use super::v50_result::{ThresholdSample, V50Result};
+use super::v50_result::V50Result;
 use crate::case::{Drawn, in_words};
 use crate::output::number::short;
 use crate::output::plot::{Figure, Plot};

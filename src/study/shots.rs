@@ -11,8 +11,7 @@ use csv::StringRecord;
 use serde_json::json;
 
 use super::batch::{self, Batch, BatchError, BatchOptions, ShotOrder, StudyProgress, notes};
-use super::fit::{Fit, fit};
-use super::range_data::{FitRow, RangeData};
+use super::fit::{Fit, FitRow, RangeData, fit};
 use super::report::{Report, ReportTable, all_shots, drawn_panels};
 use crate::case::{Case, CaseError, Drawn, RANGE_STREAM};
 use crate::num::random::DrawKey;

@@ -18,8 +18,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use serde_json::json;
 
 use super::batch::{self, Batch, BatchError, BatchOptions, ShotOrder, StudyProgress, in_threads};
-use super::fit;
-use super::range_data::FitRow;
+use super::fit::{self, FitRow};
 use super::shots::ShotRow;
 pub use super::v50_result::V50Request;
 use super::v50_result::V50Result;

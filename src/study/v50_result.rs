@@ -4,10 +4,9 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::batch::notes;
-pub use super::interval::ThresholdSample;
-use super::interval::{Bounds, student_t};
-use super::limit::{Limit, Passed, QUANTILES, Quantile};
-use super::range_data::VelocityUnit;
+pub use super::binary_response::ThresholdSample;
+use super::fit::VelocityUnit;
+use super::limit::{Bounds, Limit, Passed, QUANTILES, Quantile, student_t};
 use super::report::{
     Report, ReportTable, all_shots, drawn_panels, headline, residual_panel, shot_panel, threshold_panel,
 };

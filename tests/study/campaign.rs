@@ -160,7 +160,7 @@ fn a_shot_that_fails_is_a_row_with_a_reason() {
     assert!(failed.iter().all(|row| row.reason.contains("crimp") && row.reason.contains("expected")), "{failed:?}");
     assert!(found.rows.iter().any(|row| row.reason.contains("undecided")));
     // `ripstop fit` reads the table: shots without an outcome do not count.
-    let rows = ripstop::study::range_data::read(&place.path().join("shots.csv"), None, &[]).unwrap().rows;
+    let rows = ripstop::study::fit::read(&place.path().join("shots.csv"), None, &[]).unwrap().rows;
     let decided = found.rows.iter().filter(|row| row.perforated().is_some()).count() as u64;
     assert_eq!(rows.iter().map(|row| row.count).sum::<u64>(), decided);
 }

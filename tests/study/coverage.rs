@@ -2,8 +2,7 @@
 
 use rayon::prelude::*;
 use ripstop::num::random::{DrawKey, normal};
-use ripstop::study::binary_response::{Group, Outcomes, fit};
-use ripstop::study::interval::interval;
+use ripstop::study::binary_response::{Group, Outcomes, fit, interval};
 use ripstop::study::v50::{Rungs, bracket, middle};
 use ripstop::study::v50_result::ThresholdSample;
 

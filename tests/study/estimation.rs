@@ -1,10 +1,9 @@
 //! Maximum likelihood, Firth's penalty, intervals, arithmetic V50, residual velocities, refusals.
 
 use ripstop::num::random::{DrawKey, normal};
-use ripstop::study::binary_response::{self as binary, Estimate, Group, Outcomes, fit};
-use ripstop::study::interval::{Bounds, interval};
-use ripstop::study::limit::{Passed, ResidualModel, arithmetic_v50, residual_fit};
-use ripstop::study::range_data::VelocityUnit;
+use ripstop::study::binary_response::{self as binary, Estimate, Group, Outcomes, fit, interval};
+use ripstop::study::fit::VelocityUnit;
+use ripstop::study::limit::{Bounds, Passed, ResidualModel, arithmetic_v50, residual_fit};
 
 use super::{GONOGO, NEYER, WU_TIAN, holds, near, outcomes};
 
