@@ -73,13 +73,6 @@ pub struct StudyProgress {
     pub limit: [Option<f64>; 2],
 }
 
-impl BatchOptions<'_> {
-    /// Whether the user has asked for the end.
-    fn stopped(&self) -> bool {
-        self.interrupt.load(Ordering::Relaxed)
-    }
-}
-
 /// Reason why a batch did not end.
 #[derive(Clone, Debug, thiserror::Error)]
 pub enum BatchError {
@@ -88,7 +81,7 @@ pub enum BatchError {
     Refused(#[from] CaseError),
     /// Device that was lost; rows so far are written.
     #[error(transparent)]
-    Device(DeviceError),
+    Device(#[from] DeviceError),
     /// End that the user has asked for; rows so far are written.
     #[error("interrupted")]
     Interrupted,
@@ -121,7 +114,7 @@ impl<'a> Batch<'a> {
         let first = orders.filter_map(|order| order_case(&case, options.seed, order).ok()).next();
         let drawn = first.into_iter().flat_map(|shot| shot.drawn).map(|drawn| drawn.column).collect();
         let table = Mutex::new(ShotTable::open(folder, name, drawn)?);
-        let runner = |device| Mutex::new(DeviceRunner { device, options: *options, batches: Vec::new() });
+        let runner = |device| Mutex::new(DeviceRunner { device, interrupt: options.interrupt, batches: Vec::new() });
         Ok(Self { case, options: *options, table, device: options.device.map(runner) })
     }
 
@@ -150,11 +143,6 @@ impl<'a> Batch<'a> {
         self.device.as_ref().map_or(0, room)
     }
 
-    /// Removes the appended table, once the sorted one is there.
-    pub(super) fn close(self) -> Result<(), BatchError> {
-        self.table.into_inner().unwrap_or_else(PoisonError::into_inner).close()
-    }
-
     /// Case of a shot without output that a row does not need; or the row of one that cannot be drawn.
     fn ready(&self, order: ShotOrder) -> Result<Case, Box<ShotRow>> {
         let mut shot = order_case(&self.case, self.options.seed, order).map_err(|error| {
@@ -174,14 +162,14 @@ impl<'a> Batch<'a> {
 
     /// Row of a shot on the processor; `None` where it was given up.
     fn shoot(&self, order: ShotOrder) -> Option<ShotRow> {
-        if self.options.stopped() {
+        let BatchOptions { threads_per_shot, precision, interrupt, .. } = self.options;
+        if interrupt.load(Ordering::Relaxed) {
             return None;
         }
         let shot = match self.ready(order) {
             Ok(shot) => shot,
             Err(row) => return Some(*row),
         };
-        let BatchOptions { threads_per_shot, precision, interrupt, .. } = self.options;
         let options = Options::default().threads(threads_per_shot).precision(precision);
         match run::run(&shot, options, interrupt, &mut ()) {
             Ok(run) if run.interrupted => None,
@@ -225,7 +213,7 @@ type Done<'d> = dyn FnMut(usize, ShotRow) -> Result<(), BatchError> + 'd;
 /// Runner of shots on a device: those with one layout and time step together, each as if it were alone.
 struct DeviceRunner<'a> {
     device: &'a Device,
-    options: BatchOptions<'a>,
+    interrupt: &'a AtomicBool,
     /// Pipelines and buffers of earlier batches, which may serve again; those used last at the end.
     batches: Vec<DeviceBatch<'a>>,
 }
@@ -237,7 +225,7 @@ impl<'a> DeviceRunner<'a> {
         for some in wanted.chunks(WAITING) {
             let mut groups: Vec<(Vec<Waiting>, Vec<PreparedShot>)> = Vec::new();
             for (number, (of, order)) in numbers.by_ref().zip(some.iter().copied()) {
-                if self.options.stopped() {
+                if self.interrupt.load(Ordering::Relaxed) {
                     return Err(BatchError::Interrupted);
                 }
                 let prepared = of.ready(order).and_then(|case| {
@@ -267,11 +255,11 @@ impl<'a> DeviceRunner<'a> {
         mut shots: &[PreparedShot],
         done: &mut Done<'_>,
     ) -> Result<(), BatchError> {
-        let interrupt = self.options.interrupt;
+        let interrupt = self.interrupt;
         while let Some(first) = shots.first() {
             let batch = match self.batch_for(first, shots.len()) {
                 Ok(batch) => batch,
-                Err(lost @ DeviceError::Lost { .. }) => return Err(BatchError::Device(lost)),
+                Err(lost @ DeviceError::Lost { .. }) => return Err(lost.into()),
                 Err(error) => {
                     return orders.iter().zip(shots).try_for_each(|((number, order), shot)| {
                         done(*number, ShotRow::of_failure(*order, &shot.case, &error.to_string()))
@@ -285,7 +273,7 @@ impl<'a> DeviceRunner<'a> {
                 refused = done(number, ShotRow::of_run(order, &shots[at].case, run)).err();
                 refused.is_none()
             };
-            let all = batch.fire(&shots[..taken], interrupt, &mut ended).map_err(BatchError::Device)?;
+            let all = batch.fire(&shots[..taken], interrupt, &mut ended)?;
             match refused {
                 Some(error) => return Err(error),
                 None if !all => return Err(BatchError::Interrupted),

@@ -30,8 +30,8 @@ use crate::solver::state::State;
 pub const REFERENCE: &str = "CPU, f64, Courant 0.25, one crossover per element everywhere, history four times as fine, otherwise \
                              the case as it is";
 
-/// Courant numbers of the two references [-].
-const REFERENCE_COURANT: [f64; 2] = [0.25, 0.3];
+/// Names and Courant numbers [-] of the two references.
+const REFERENCES: [(&str, f64); 2] = [("reference", 0.25), ("second reference", 0.3)];
 /// Rows of the reference's history in one interval of the case's, so that reading between them adds no error.
 const REFERENCE_ROWS: f64 = 4.0;
 /// Courant numbers to choose from [-], the fastest first.
@@ -62,7 +62,7 @@ pub type ReadCase<'a> = &'a dyn Fn(&[String]) -> Result<Case, CaseError>;
 pub type Progressed<'a> = &'a mut (dyn FnMut(&str, &Progress) + Send);
 
 /// One way to run a case.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default)]
 struct Configuration {
     /// Difference to the case as it is, in words.
     name: String,
@@ -73,16 +73,29 @@ struct Configuration {
     sets: Vec<String>,
 }
 
+/// The reference, and a second one.
+fn references(case: &Case) -> [Configuration; 2] {
+    let interval = case.output.history_interval * 1e6 / REFERENCE_ROWS;
+    REFERENCES.map(|(name, courant)| Configuration {
+        name: name.to_owned(),
+        skips: Skips::WHOLE,
+        sets: vec![
+            format!("/solver/courant={courant}"),
+            "/pack/crossovers_per_element=1".to_owned(),
+            "/pack/mesh_grading=none".to_owned(),
+            format!("/output/history_interval_us={interval:?}"),
+        ],
+        ..Configuration::default()
+    })
+}
+
 /// Every configuration for a case: one thing changed at a time.
 fn configurations(case: &Case, gpu: bool) -> Vec<Configuration> {
     let (courant, mesh, graded) =
         (case.solver.courant, case.pack.crossovers_per_element, case.pack.mesh.grading.is_some());
-    let with = |name: &str, set: &str| Configuration {
-        name: name.to_owned(),
-        precision: Precision::F64,
-        on_gpu: false,
-        skips: Skips::default(),
-        sets: Vec::from_iter((!set.is_empty()).then(|| set.to_owned())),
+    let with = |name: &str, set: &str| {
+        let sets = Vec::from_iter((!set.is_empty()).then(|| set.to_owned()));
+        Configuration { name: name.to_owned(), sets, ..Configuration::default() }
     };
     let single = Configuration { precision: Precision::F32, ..with("f32", "") };
     let words = if graded { " graded" } else { "" };
@@ -111,10 +124,8 @@ fn configurations(case: &Case, gpu: bool) -> Vec<Configuration> {
 /// When the case itself cannot be read.
 pub fn plan(read: ReadCase<'_>, gpu: bool) -> Result<Vec<(Case, Skips)>, CaseError> {
     let base = read(&[])?;
-    let references = REFERENCE_COURANT.map(|courant| (reference_sets(&base, courant), Skips::WHOLE));
-    let others = configurations(&base, gpu).into_iter().map(|one| (one.sets, one.skips));
-    let all = references.into_iter().chain(others);
-    Ok(all.filter_map(|(sets, skips)| Some((read(&sets).ok()?, skips))).collect())
+    let all = references(&base).into_iter().chain(configurations(&base, gpu));
+    Ok(all.filter_map(|one| Some((read(&one.sets).ok()?, one.skips))).collect())
 }
 
 /// Row of `bench.json`: a configuration or the reference, and its run.
@@ -148,31 +159,31 @@ pub fn measure(
     progressed: Progressed<'_>,
 ) -> Result<Value, RunError> {
     let base = read(&[])?;
-    let options = Options::default().threads(on.threads);
-    let mut shoot = |name: &str, case: &Case, options: Options<'_>| {
-        run::run(case, options, interrupt, &mut |at: &Progress| progressed(name, at))
+    let mut shoot = |one: &Configuration, case: &Case| {
+        let options = Options::default().threads(on.threads).precision(one.precision).skips(one.skips);
+        let options = options.device(on.device.filter(|_| one.on_gpu));
+        run::run(case, options, interrupt, &mut |at: &Progress| progressed(&one.name, at))
     };
-    let [sets, second_sets] = REFERENCE_COURANT.map(|courant| reference_sets(&base, courant));
-    let case = read(&sets)?;
-    let reference = shoot("reference", &case, options.skips(Skips::WHOLE))?;
-    let mut reference_row = row(REFERENCE, &sets, &case, &reference);
+    let [first, second] = references(&base);
+    let case = read(&first.sets)?;
+    let reference = shoot(&first, &case)?;
+    let mut reference_row = row(REFERENCE, &first.sets, &case, &reference);
     let (mut choices, mut skipped) = (Vec::new(), Vec::new());
     let error = |run: &Run| velocity_error(&reference.history, &run.history).map(|error| error * 100.0);
     let is_whole = |run: &Run| run.divergence.is_none() && run.lost.is_none();
     if is_whole(&reference) && !reference.interrupted {
-        let second = shoot("second reference", &read(&second_sets)?, options.skips(Skips::WHOLE))?;
+        let second = shoot(&second, &read(&second.sets)?)?;
         reference_row["scatter_percent"] = json!(error(&second).filter(|_| is_whole(&second)));
-        for Configuration { name, precision, on_gpu, skips, sets } in configurations(&base, on.device.is_some()) {
+        for one in configurations(&base, on.device.is_some()) {
             if interrupt.load(Ordering::Relaxed) {
                 break;
             }
-            let options = options.precision(precision).skips(skips).device(on.device.filter(|_| on_gpu));
             let refused =
                 |error: CaseError| format!("{}: expected {}, found {}", error.location, error.expected, error.found);
-            let done = read(&sets).map_err(refused).and_then(|case| {
+            let done = read(&one.sets).map_err(refused).and_then(|case| {
                 covers_the_same(&base, &case)?;
-                let run = shoot(&name, &case, options).map_err(|error| error.to_string())?;
-                Ok((row(&name, &sets, &case, &run), run))
+                let run = shoot(&one, &case).map_err(|error| error.to_string())?;
+                Ok((row(&one.name, &one.sets, &case, &run), run))
             });
             match done {
                 // An interrupted run says nothing about time or error.
@@ -182,7 +193,7 @@ pub fn measure(
                     row["same_outcome"] = json!(is_whole(&run) && run.outcome == reference.outcome);
                     choices.push(row);
                 }
-                Err(reason) => skipped.push(json!({ "name": name, "reason": reason })),
+                Err(reason) => skipped.push(json!({ "name": one.name, "reason": reason })),
             }
         }
     }
@@ -194,17 +205,6 @@ pub fn measure(
         "choices": choices,
         "skipped": skipped,
     }))
-}
-
-/// Changes that make a case the reference.
-fn reference_sets(case: &Case, courant: f64) -> Vec<String> {
-    let interval = case.output.history_interval * 1e6 / REFERENCE_ROWS;
-    vec![
-        format!("/solver/courant={courant}"),
-        "/pack/crossovers_per_element=1".to_owned(),
-        "/pack/mesh_grading=none".to_owned(),
-        format!("/output/history_interval_us={interval:?}"),
-    ]
 }
 
 /// Whether another mesh covers the same cloth: whole elements where the case has whole crossovers.

@@ -103,15 +103,6 @@ impl Outcomes {
         let ends = self.slowest_perforation().zip(self.fastest_stop());
         ends.is_some_and(|(perforation, stop)| perforation < stop)
     }
-
-    /// Mean velocities of perforations and of stops; NaN where there are none.
-    pub fn means(&self) -> [f64; 2] {
-        let mean = |of: fn(&Group) -> u64| {
-            let sum: f64 = self.groups.iter().map(|group| of(group) as f64 * group.velocity).sum();
-            sum / self.groups.iter().map(of).sum::<u64>() as f64
-        };
-        [mean(|group| group.perforated), mean(|group| group.stopped)]
-    }
 }
 
 /// Ballistic limit and scatter.
@@ -149,7 +140,20 @@ impl Estimate {
 /// # Errors
 /// Where the shots do not determine them.
 pub fn fit(outcomes: &Outcomes) -> Result<Estimate, &'static str> {
-    refuse(outcomes)?;
+    // Mean velocity; NaN where there is no shot.
+    let mean = |of: fn(&Group) -> u64| {
+        let sum: f64 = outcomes.groups.iter().map(|group| of(group) as f64 * group.velocity).sum();
+        sum / outcomes.groups.iter().map(of).sum::<u64>() as f64
+    };
+    match (outcomes.counts(), outcomes.groups.len()) {
+        ([0, 0], _) => return Err(NO_SHOTS),
+        ([0, _], _) => return Err(ALL_STOPPED),
+        ([_, 0], _) => return Err(ALL_PERFORATED),
+        (_, 1) => return Err(ONE_VELOCITY),
+        // Owen & Roediger 2014: the sign of the slope is that of the difference of the means.
+        _ if mean(|group| group.perforated) <= mean(|group| group.stopped) => return Err(INVERTED),
+        _ => {}
+    }
     let problem = Problem::new(outcomes);
     let firth = !outcomes.overlap();
     let line = problem.maximise(firth)?;
@@ -158,20 +162,6 @@ pub fn fit(outcomes: &Outcomes) -> Result<Estimate, &'static str> {
     }
     let (mu, sigma) = (problem.centre - line.x / line.y * problem.scale, problem.scale / line.y);
     Ok(Estimate { mu, sigma, log_likelihood: problem.log_likelihood(line), firth })
-}
-
-/// Refusal of shots that no method can mend.
-fn refuse(outcomes: &Outcomes) -> Result<(), &'static str> {
-    let [perforations, stops] = outcomes.means();
-    match (outcomes.counts(), outcomes.groups().len()) {
-        ([0, 0], _) => Err(NO_SHOTS),
-        ([0, _], _) => Err(ALL_STOPPED),
-        ([_, 0], _) => Err(ALL_PERFORATED),
-        (_, 1) => Err(ONE_VELOCITY),
-        // Owen & Roediger 2014: the sign of the slope is that of the difference of the means.
-        _ if perforations <= stops => Err(INVERTED),
-        _ => Ok(()),
-    }
 }
 
 /// Inverse of a matrix; `None` where there is none.

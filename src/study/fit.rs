@@ -7,11 +7,12 @@ use std::fs;
 use std::path::Path;
 
 use csv::{Reader, ReaderBuilder, StringRecord, Trim};
+use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::binary_response::{self, Estimate, Group, Outcomes, interval};
-use super::limit::{Limit, Passed, QUANTILES, Quantile, arithmetic_v50};
-use super::report::{Report, chance_panel, headline, residual_panel};
+use super::limit::{Limit, Passed, QUANTILES, Quantile};
+use super::report::{Report, ReportTable, chance_panel, headline, residual_panel};
 use crate::case::CaseError;
 use crate::output::number::short;
 
@@ -252,8 +253,10 @@ pub struct Fit {
     pub outcomes: Outcomes,
     /// μ and σ, or why there are none.
     pub estimate: Result<Estimate, &'static str>,
-    /// Limit by every method.
+    /// Limit by every method but the arithmetic one.
     pub limit: Limit,
+    /// Arithmetic V50 of each rule.
+    pub arithmetic: Vec<ArithmeticV50>,
     /// Number of lines without a velocity or an outcome.
     left_out: usize,
 }
@@ -262,6 +265,61 @@ pub struct Fit {
 pub(super) fn passed(rows: &[FitRow]) -> Vec<Passed> {
     let of = |row: &FitRow| row.residual.map(|residual| Passed { impact: row.velocity, residual, count: row.count });
     rows.iter().filter(|row| row.perforated && row.count > 0).filter_map(of).collect()
+}
+
+/// Rules in use: standard, number of perforations and of stops, and largest less smallest velocity of all of them at most, in m/s and in ft/s.
+/// MIL-STD-662F leaves the choice to the specification of the armour.
+const RULES: [(&str, u64, [f64; 2]); 4] = [
+    ("MIL-STD-662F", 2, [18.0, 60.0]),
+    ("MIL-STD-662F", 3, [38.0, 125.0]),
+    ("MIL-STD-662F", 5, [38.0, 125.0]),
+    ("STANAG 2920", 3, [40.0, 131.2]),
+];
+
+/// Arithmetic V50 of a standard: mean of equally many lowest perforations and highest stops that lie close together.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ArithmeticV50 {
+    /// Rule in words.
+    pub rule: String,
+    /// Standard that has it; `own` of a spread that was asked for.
+    pub standard: &'static str,
+    /// Mean velocity; `None` where it is refused.
+    pub value: Option<f64>,
+    /// Largest less smallest velocity, where there are enough shots.
+    pub spread: Option<f64>,
+    /// Reason of a refusal: too few shots, or too wide a spread.
+    pub refused: Option<String>,
+}
+
+/// Arithmetic V50 by every rule, and with a spread of one's own.
+pub fn arithmetic_v50(outcomes: &Outcomes, unit: VelocityUnit, spread: Option<f64>) -> Vec<ArithmeticV50> {
+    let (counts, symbol) = (outcomes.counts(), unit.symbol());
+    let by = |(standard, pairs, most): (&'static str, u64, f64)| {
+        let rule = format!("{pairs} + {pairs} within {most} {symbol}");
+        if counts.iter().any(|count| *count < pairs) {
+            let refused = Some(format!("perforations: {}, stops: {}", counts[0], counts[1]));
+            return ArithmeticV50 { rule, standard, value: None, spread: None, refused };
+        }
+        let lowest = first(outcomes.groups().iter(), |group| group.perforated, pairs);
+        let highest = first(outcomes.groups().iter().rev(), |group| group.stopped, pairs);
+        let all = || lowest.iter().chain(&highest).copied();
+        let mean = all().sum::<f64>() / (2 * pairs) as f64;
+        let spread = all().fold(f64::NEG_INFINITY, f64::max) - all().fold(f64::INFINITY, f64::min);
+        // A spread that is met to the last digit written is met.
+        let is_met = spread <= most * (1.0 + 1e-12);
+        let refused =
+            (!is_met).then(|| format!("spread {} {symbol}, mean {} {symbol}", short(spread, 4), short(mean, 4)));
+        ArithmeticV50 { rule, standard, value: is_met.then_some(mean), spread: Some(spread), refused }
+    };
+    let rules = RULES.map(|(standard, pairs, most)| (standard, pairs, most[unit as usize]));
+    let own = spread.map(|most| [2, 3, 5].map(|pairs| ("own", pairs, most)));
+    rules.into_iter().chain(own.into_iter().flatten()).map(by).collect()
+}
+
+/// Velocities of the first `count` shots of an outcome.
+fn first<'a>(groups: impl Iterator<Item = &'a Group>, of: fn(&Group) -> u64, count: u64) -> Vec<f64> {
+    let shots = groups.flat_map(|group| (0..of(group)).map(|_| group.velocity));
+    shots.take(count as usize).collect()
 }
 
 /// Fit of all that shots allow. `level`: two-sided confidence of intervals; `spread`: another one for the arithmetic V50, in the unit of the
@@ -277,9 +335,9 @@ pub fn fit(data: &RangeData, level: f64, spread: Option<f64>) -> Fit {
         let bounds = interval(&outcomes, found, p, level);
         Quantile { p, value: found.map(|found| found.velocity(p)), bounds }
     };
-    let mut limit = Limit::new(data.unit, QUANTILES.map(quantile).to_vec(), passed(&data.rows), level);
-    limit.arithmetic = arithmetic_v50(&outcomes, data.unit, spread);
-    Fit { level, estimate, limit, outcomes, left_out: data.left_out }
+    let limit = Limit::new(data.unit, QUANTILES.map(quantile).to_vec(), passed(&data.rows), level);
+    let arithmetic = arithmetic_v50(&outcomes, data.unit, spread);
+    Fit { level, estimate, limit, arithmetic, outcomes, left_out: data.left_out }
 }
 
 impl Fit {
@@ -287,7 +345,7 @@ impl Fit {
     pub fn json(&self) -> Value {
         let estimate = self.estimate.as_ref().ok();
         let [perforated, stopped] = self.outcomes.counts();
-        let [quantiles, arithmetic, residual] = self.limit.json();
+        let [quantiles, residual] = self.limit.json();
         json!({
             "unit": self.limit.unit.symbol(),
             "mu": estimate.map(|found| found.mu),
@@ -303,7 +361,7 @@ impl Fit {
             "stopped": stopped,
             "slowest_perforation": self.outcomes.slowest_perforation(),
             "fastest_stop": self.outcomes.fastest_stop(),
-            "arithmetic": arithmetic,
+            "arithmetic": self.arithmetic,
             "residual": residual,
             "notes": self.notes(),
         })
@@ -345,12 +403,23 @@ impl Fit {
             }
             _ => "one outcome only".to_owned(),
         };
+        let rule = |found: &ArithmeticV50| {
+            let words = match (&found.refused, found.value, found.spread) {
+                (None, Some(value), Some(spread)) => {
+                    format!("{} {unit}, spread {} {unit}", short(value, 4), short(spread, 3))
+                }
+                (why, ..) => format!("none: {}", why.as_deref().unwrap_or_default()),
+            };
+            vec![found.standard.to_owned(), found.rule.clone(), words]
+        };
+        let arithmetic = ReportTable::new("arithmetic V50", &[], 3).rows(self.arithmetic.iter().map(rule), "");
+        let [quantiles, residual] = self.limit.tables(self.level);
         Report {
             title: String::new(),
             counts: vec![format!("{name}: {count} shots, {perforated} perforated, {stopped} stopped"), zone],
             answer: self.answer(),
             notes: self.notes(),
-            tables: self.limit.tables(self.level),
+            tables: vec![quantiles, arithmetic, residual],
             panels: (count > 0).then(|| chance_panel(self)).into_iter().chain(residual_panel(&self.limit)).collect(),
         }
     }

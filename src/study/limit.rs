@@ -1,4 +1,4 @@
-//! Ballistic limit from shots or from thresholds, as far as both have it alike: velocities by chance, arithmetic V50, residual velocities.
+//! Ballistic limit from shots or from thresholds, as far as both have it alike: velocities by chance, residual velocities.
 //!
 //! Residual over impact velocity is Vr = a (Vs^p − V₀^p)^(1/p) above the limit V₀, 0 below, by least squares in Vr. Recht and Ipson (1963):
 //! a = 1, p = 2, for a projectile that keeps its shape and pushes no plug. Lambert and Jonas (1976): both free, 0 < a ≤ 1, p ≥ 1. The curve
@@ -10,7 +10,6 @@ use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::binary_response::{Group, Outcomes};
 use super::fit::VelocityUnit;
 use super::report::ReportTable;
 use crate::output::number::short;
@@ -67,8 +66,6 @@ pub struct Limit {
     pub unit: VelocityUnit,
     /// Velocities by chance; their intervals are of the sampling alone.
     pub quantiles: Vec<Quantile>,
-    /// Arithmetic V50 of each rule.
-    pub arithmetic: Vec<ArithmeticV50>,
     /// Shots that perforated with a known residual velocity.
     pub passed: Vec<Passed>,
     /// Curves through residual velocities; none where none is known.
@@ -76,14 +73,13 @@ pub struct Limit {
 }
 
 impl Limit {
-    /// Limit with these velocities by chance, without an arithmetic V50; `level`: confidence of intervals.
+    /// Limit with these velocities by chance; `level`: confidence of intervals.
     pub(super) fn new(unit: VelocityUnit, quantiles: Vec<Quantile>, passed: Vec<Passed>, level: f64) -> Self {
         let curves =
             [ResidualModel::RechtIpson, ResidualModel::LambertJonas].into_iter().filter(|_| !passed.is_empty());
         Self {
             unit,
             quantiles,
-            arithmetic: Vec::new(),
             residual: curves.map(|curve| (curve, residual_fit(curve, &passed, level))).collect(),
             passed,
         }
@@ -104,8 +100,8 @@ impl Limit {
         self.residual.iter().filter_map(|(_, found)| found.as_ref().ok())
     }
 
-    /// Quantiles, arithmetic V50 and residual fits in JSON.
-    pub(super) fn json(&self) -> [Value; 3] {
+    /// Quantiles and residual fits in JSON.
+    pub(super) fn json(&self) -> [Value; 2] {
         let residual = |(curve, found): &(ResidualModel, Result<ResidualFit, String>)| match found {
             Ok(found) => json!({
                 "curve": curve.words(), "limit": found.limit, "low": found.bounds.low, "high": found.bounds.high,
@@ -113,25 +109,16 @@ impl Limit {
             }),
             Err(few) => json!({ "curve": curve.words(), "limit": null, "refused": few }),
         };
-        [json!(self.quantiles), json!(self.arithmetic), self.residual.iter().map(residual).collect()]
+        [json!(self.quantiles), self.residual.iter().map(residual).collect()]
     }
 
-    /// Tables of the velocities by chance, of the arithmetic V50 and of the curves.
-    pub(super) fn tables(&self, level: f64) -> Vec<ReportTable> {
+    /// Tables of the velocities by chance and of the curves.
+    pub(super) fn tables(&self, level: f64) -> [ReportTable; 2] {
         let unit = self.unit.symbol();
         let quantile = |quantile: &Quantile| {
             let value = quantile.value.map_or_else(|| "-".to_owned(), |value| short(value, 4));
             let [low, high] = quantile.bounds.words();
             vec![format!("{} %", short(100.0 * quantile.p, 3)), value, low, high]
-        };
-        let rule = |found: &ArithmeticV50| {
-            let words = match (&found.refused, found.value, found.spread) {
-                (None, Some(value), Some(spread)) => {
-                    format!("{} {unit}, spread {} {unit}", short(value, 4), short(spread, 3))
-                }
-                (why, ..) => format!("none: {}", why.as_deref().unwrap_or_default()),
-            };
-            vec![found.standard.to_owned(), found.rule.clone(), words]
         };
         let curve = |found: &ResidualFit| {
             let [low, high] = found.bounds.words();
@@ -145,69 +132,13 @@ impl Limit {
         let foot = format!("{} % intervals, likelihood ratio", short(100.0 * level, 3));
         let [limit, scatter] = ["limit", "scatter"].map(|of| format!("{of} {unit}"));
         let curve_heads = ["", &limit, "low", "high", "a", "p", &scatter];
-        vec![
+        [
             ReportTable::new("velocity by chance of a perforation", &["chance", unit, "low", "high"], 0)
                 .rows(self.quantiles.iter().map(quantile), &foot),
-            ReportTable::new("arithmetic V50", &[], 3).rows(self.arithmetic.iter().map(rule), ""),
             ReportTable::new("residual velocity", &curve_heads, 1)
                 .rows(self.fitted().map(curve), &curves_foot.join("\n")),
         ]
     }
-}
-
-/// Rules in use: standard, number of perforations and of stops, and largest less smallest velocity of all of them at most, in m/s and in ft/s.
-/// MIL-STD-662F leaves the choice to the specification of the armour.
-const RULES: [(&str, u64, [f64; 2]); 4] = [
-    ("MIL-STD-662F", 2, [18.0, 60.0]),
-    ("MIL-STD-662F", 3, [38.0, 125.0]),
-    ("MIL-STD-662F", 5, [38.0, 125.0]),
-    ("STANAG 2920", 3, [40.0, 131.2]),
-];
-
-/// Arithmetic V50 of a standard: mean of equally many lowest perforations and highest stops that lie close together.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct ArithmeticV50 {
-    /// Rule in words.
-    pub rule: String,
-    /// Standard that has it; `own` of a spread that was asked for.
-    pub standard: &'static str,
-    /// Mean velocity; `None` where it is refused.
-    pub value: Option<f64>,
-    /// Largest less smallest velocity, where there are enough shots.
-    pub spread: Option<f64>,
-    /// Reason of a refusal: too few shots, or too wide a spread.
-    pub refused: Option<String>,
-}
-
-/// Arithmetic V50 by every rule, and with a spread of one's own.
-pub fn arithmetic_v50(outcomes: &Outcomes, unit: VelocityUnit, spread: Option<f64>) -> Vec<ArithmeticV50> {
-    let (counts, symbol) = (outcomes.counts(), unit.symbol());
-    let by = |(standard, pairs, most): (&'static str, u64, f64)| {
-        let rule = format!("{pairs} + {pairs} within {most} {symbol}");
-        if counts.iter().any(|count| *count < pairs) {
-            let refused = Some(format!("perforations: {}, stops: {}", counts[0], counts[1]));
-            return ArithmeticV50 { rule, standard, value: None, spread: None, refused };
-        }
-        let lowest = first(outcomes.groups().iter(), |group| group.perforated, pairs);
-        let highest = first(outcomes.groups().iter().rev(), |group| group.stopped, pairs);
-        let all = || lowest.iter().chain(&highest).copied();
-        let mean = all().sum::<f64>() / (2 * pairs) as f64;
-        let spread = all().fold(f64::NEG_INFINITY, f64::max) - all().fold(f64::INFINITY, f64::min);
-        // A spread that is met to the last digit written is met.
-        let is_met = spread <= most * (1.0 + 1e-12);
-        let refused =
-            (!is_met).then(|| format!("spread {} {symbol}, mean {} {symbol}", short(spread, 4), short(mean, 4)));
-        ArithmeticV50 { rule, standard, value: is_met.then_some(mean), spread: Some(spread), refused }
-    };
-    let rules = RULES.map(|(standard, pairs, most)| (standard, pairs, most[unit as usize]));
-    let own = spread.map(|most| [2, 3, 5].map(|pairs| ("own", pairs, most)));
-    rules.into_iter().chain(own.into_iter().flatten()).map(by).collect()
-}
-
-/// Velocities of the first `count` shots of an outcome.
-fn first<'a>(groups: impl Iterator<Item = &'a Group>, of: fn(&Group) -> u64, count: u64) -> Vec<f64> {
-    let shots = groups.flat_map(|group| (0..of(group)).map(|_| group.velocity));
-    shots.take(count as usize).collect()
 }
 
 /// A shot that passed.

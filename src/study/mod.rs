@@ -9,7 +9,7 @@
 //!   [`bench`](mod@bench) is `ripstop bench`.
 //! - [`binary_response`] counts what became of shots and fits V50 and scatter with their confidence,
 //!   [`normal`](crate::num::random::normal) is how the chance of a perforation grows with velocity.
-//! - [`limit`] has the arithmetic V50 of the standards and the limit from residual velocities.
+//! - [`limit`] has what a fit and thresholds have alike: quantiles, and the limit from residual velocities.
 //! - [`report`] holds a result in words, tables and figures, for the terminal and the page.
 //!
 //! Velocities are in m/s; of a table of shots, which [`fit`] reads, in the unit of its heading.

@@ -27,29 +27,22 @@ const TABLE: &str = "shots.csv";
 pub const FILES: &[&str] = &["plan.json", TABLE, "shots.html", "shots.json"];
 /// Fraction by which the place in the range moves on from shot to shot: the golden ratio fills a range evenly, whatever the count.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
-/// Columns before those of what was drawn.
+/// Columns before those of what was drawn, and after them; last come trust and reason.
 const FIRST: [&str; 3] = ["shot", "asked_velocity_m_s", "velocity_m_s"];
-/// Columns after them.
-const LAST: [&str; 16] = [
-    "outcome",
-    "perforated",
-    "count",
-    "residual_velocity_m_s",
-    "impact_energy_j",
-    "absorbed_energy_j",
-    "energy_gained",
-    "energy_error",
-    "max_deflection_mm",
-    "failed_warp",
-    "failed_weft",
-    "torn_off",
-    "end_time_us",
-    "steps",
-    "trust",
-    "reason",
+const OUTCOME: [&str; 4] = ["outcome", "perforated", "count", "residual_velocity_m_s"];
+/// Columns of numbers of a run between them.
+const NUMBERS: [(&str, fn(&Case, &Run) -> f64); 10] = [
+    ("impact_energy_j", |_, run| run.impact_energy),
+    ("absorbed_energy_j", |_, run| absorbed_energy(run)),
+    ("energy_gained", |_, run| run.energy_gained),
+    ("energy_error", |_, run| run.energy_error),
+    ("max_deflection_mm", |_, run| run.deflection() * 1e3),
+    ("failed_warp", |_, run| failed(run)[0]),
+    ("failed_weft", |_, run| failed(run)[1]),
+    ("torn_off", |case, run| f64::from(u8::from(Breakage::of(case, run).is_torn_off()))),
+    ("end_time_us", |case, _| case.solver.end_time * 1e6),
+    ("steps", |_, run| run.steps as f64),
 ];
-/// Numbers of a run among them, from `impact_energy_j` to `steps`.
-const NUMBERS: std::ops::Range<usize> = 4..14;
 /// A shot that is undecided is fired again with an end so many times as late, up to so many times that of its case.
 const LATER: [f64; 2] = [4.0, 64.0];
 
@@ -125,7 +118,7 @@ pub(super) fn end(batch: Batch<'_>, request: &ShotsRequest, folder: &Folder) -> 
     let json = format!("{:#}\n", result.fit.json());
     // The table last: what is beside it is of it.
     folder.put(&[("shots.json", json), ("shots.html", page), (TABLE, table)], &[])?;
-    batch.close()?;
+    batch.table().close()?;
     Ok(result)
 }
 
@@ -192,7 +185,6 @@ pub struct ShotRow {
 impl ShotRow {
     /// Row of a shot that ran.
     pub(super) fn of_run(order: ShotOrder, case: &Case, run: &Run) -> Self {
-        let last = run.history.last().copied().unwrap_or_default();
         let reason = match (&run.divergence, &run.lost, run.outcome) {
             (Some(found), ..) => format!(
                 "unstable: {} in {} at step {}; lower /solver/courant",
@@ -205,18 +197,7 @@ impl ShotRow {
         Self {
             outcome: (run.divergence.is_none() && run.lost.is_none()).then_some(run.outcome),
             residual: residual_velocity(case, run).filter(|_| reason.is_empty()),
-            numbers: vec![
-                run.impact_energy,
-                absorbed_energy(run),
-                run.energy_gained,
-                run.energy_error,
-                run.deflection() * 1e3,
-                last.failed[0] as f64,
-                last.failed[1] as f64,
-                f64::from(u8::from(Breakage::of(case, run).is_torn_off())),
-                case.solver.end_time * 1e6,
-                run.steps as f64,
-            ],
+            numbers: NUMBERS.iter().map(|(_, number)| number(case, run)).collect(),
             trust: advice(&checks(case, run)).0.advice().to_owned(),
             ..Self::of_failure(order, case, &reason)
         }
@@ -269,7 +250,7 @@ impl ShotRow {
 
     /// Number of the run by its column.
     fn number(&self, column: &str) -> Option<f64> {
-        self.numbers.get(LAST[NUMBERS].iter().position(|name| *name == column)?).copied()
+        self.numbers.get(NUMBERS.iter().position(|(name, _)| *name == column)?).copied()
     }
 
     /// Row as `ripstop fit` reads it.
@@ -300,7 +281,7 @@ impl ShotRow {
         let cells: HashMap<&str, &str> = header.iter().zip(record).collect();
         let value = |name: &str| cells.get(name).and_then(|cell| cell.parse::<f64>().ok());
         let text = |name: &str| cells.get(name).map(|cell| (*cell).to_owned());
-        let drawn = header.iter().take_while(|name| *name != LAST[0]).skip(FIRST.len());
+        let drawn = header.iter().take_while(|name| *name != OUTCOME[0]).skip(FIRST.len());
         let drawn = drawn.filter_map(|name| Some(Drawn { column: name.to_owned(), value: value(name)? })).collect();
         let outcomes = [Outcome::Perforated, Outcome::Stopped, Outcome::Rebounded, Outcome::Running];
         let mut row = Self {
@@ -309,7 +290,7 @@ impl ShotRow {
             drawn,
             outcome: outcomes.into_iter().find(|outcome| Some(&outcome.word()) == cells.get("outcome")),
             residual: value("residual_velocity_m_s"),
-            numbers: LAST[NUMBERS].iter().map_while(|name| value(name)).collect(),
+            numbers: NUMBERS.iter().map_while(|(name, _)| value(name)).collect(),
             trust: text("trust")?,
             reason: text("reason")?,
         };
@@ -318,6 +299,11 @@ impl ShotRow {
         }
         Some(row)
     }
+}
+
+/// Warp and weft yarns that had failed at the end of a run.
+fn failed(run: &Run) -> [f64; 2] {
+    run.history.last().map_or([0.0; 2], |last| last.failed.map(|count| count as f64))
 }
 
 /// Text on one line.
@@ -398,25 +384,23 @@ impl ShotTable {
     }
 
     /// Removes the appended table.
-    pub(super) fn close(self) -> Result<(), BatchError> {
+    pub(super) fn close(&self) -> Result<(), BatchError> {
         Ok(fs::remove_file(&self.path).map_err(|error| CaseError::unwritten(&self.path, &error))?)
     }
 }
 
 /// Table with these drawn columns.
 fn text<'a>(drawn: &[String], rows: impl Iterator<Item = &'a ShotRow>) -> String {
-    let columns = FIRST.into_iter().chain(drawn.iter().map(String::as_str)).chain(LAST);
+    let columns = FIRST.into_iter().chain(drawn.iter().map(String::as_str)).chain(OUTCOME);
+    let columns = columns.chain(NUMBERS.map(|(name, _)| name)).chain(["trust", "reason"]);
     rows.fold(columns.collect::<Vec<_>>().join(",") + "\n", |text, row| text + &row.line(drawn))
 }
 
 /// Rows of the table of this name: appended so far, or sorted by a batch that had ended, where a longer one begins.
 fn rows_in(folder: &Folder, name: &str) -> BTreeMap<ShotKey, ShotRow> {
     let [partial, whole] = [&batch::partial(name), name].map(|name| fs::read(folder.path().join(name)));
-    read(&partial.or(whole).unwrap_or_default())
-}
-
-/// Rows of a table, of which the last line may be cut.
-fn read(bytes: &[u8]) -> BTreeMap<ShotKey, ShotRow> {
+    let bytes = partial.or(whole).unwrap_or_default();
+    // The last line may be cut.
     let end = bytes.iter().rposition(|byte| *byte == b'\n').unwrap_or(0);
     let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(&bytes[..end]);
     let Ok(header) = reader.headers().cloned() else { return BTreeMap::new() };

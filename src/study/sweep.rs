@@ -13,7 +13,6 @@ use super::batch::{self, BatchError, BatchOptions, StudyProgress};
 use super::report::{Report, ReportTable, ends, roomy};
 use super::shots::{self, ShotRow, ShotsRequest};
 use super::v50::{self, V50Request};
-use super::v50_result::V50Result;
 use crate::case::{Case, CaseError, in_words};
 use crate::output::Folder;
 use crate::output::csv::{self, number};
@@ -187,8 +186,11 @@ impl<'a> Sweep<'a> {
                 SweepOf::V50(of) => {
                     for number in numbers {
                         let (case, folder, options) = self.batch(*number, v50::FILES)?;
-                        let cells = v50_cells(&v50::run(case, of, &options, &folder)?);
-                        points.push(self.point(*number, cells));
+                        let found = v50::run(case, of, &options, &folder)?;
+                        let numbers = found.json(case, of, options.seed);
+                        let reason = found.thresholds.iter().find_map(|found| found.as_ref().err());
+                        let cells = self.request.of.columns().iter().map(|column| numbers[*column].clone());
+                        points.push(self.point(*number, cells.chain([json!(reason.map_or("", String::as_str))])));
                     }
                 }
             }
@@ -227,14 +229,13 @@ impl<'a> Sweep<'a> {
             self.show(numbers[0] + numbers.len() * fired / wanted.len());
         })?;
         for (number, (batch, folder)) in numbers.iter().zip(begun) {
-            let cells = shots_cells(&shots::end(batch, of, &folder)?.rows);
-            points.push(self.point(*number, cells));
+            points.push(self.point(*number, shots_cells(&shots::end(batch, of, &folder)?.rows)));
         }
         Ok(())
     }
 
     /// Values of the factors at a point that has ended, and the cells of its result.
-    fn point(&self, number: usize, cells: Vec<Value>) -> Vec<Value> {
+    fn point(&self, number: usize, cells: impl IntoIterator<Item = Value>) -> Vec<Value> {
         self.show(number + 1);
         let value = |text: &String| serde_json::from_str(text).unwrap_or_else(|_| text.as_str().into());
         self.request.points[number].0.iter().map(value).chain(cells).collect()
@@ -242,14 +243,14 @@ impl<'a> Sweep<'a> {
 }
 
 /// Means over the shots with an outcome, the numbers of shots, and a reason.
-fn shots_cells(rows: &[ShotRow]) -> Vec<Value> {
+fn shots_cells(rows: &[ShotRow]) -> [Value; 6] {
     let decided: Vec<&ShotRow> = rows.iter().filter(|row| row.perforated().is_some()).collect();
     let mean = |of: &dyn Fn(&&ShotRow) -> Option<f64>| {
         let values: Vec<f64> = decided.iter().filter_map(of).collect();
         json!((!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64))
     };
     let reason = rows.iter().find(|row| row.perforated().is_none()).map(|row| row.reason.as_str());
-    vec![
+    [
         mean(&|row| row.residual),
         mean(&|row| row.perforated().map(|passed| f64::from(u8::from(passed)))),
         mean(&|row| row.absorbed_energy()),
@@ -257,13 +258,6 @@ fn shots_cells(rows: &[ShotRow]) -> Vec<Value> {
         json!(rows.len() - decided.len()),
         json!(reason.unwrap_or_default()),
     ]
-}
-
-fn v50_cells(found: &V50Result) -> Vec<Value> {
-    let numbers = [found.v50, found.bounds.low, found.bounds.high, found.sigma].map(Value::from);
-    let counts = [found.shots, found.failed, found.non_monotone.len()].map(Value::from);
-    let reason = found.thresholds.iter().find_map(|found| found.as_ref().err());
-    numbers.into_iter().chain(counts).chain([reason.map_or("", String::as_str).into()]).collect()
 }
 
 /// Text of a cell: a number in the given form, nothing of none.

@@ -18,7 +18,6 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use serde_json::json;
 
 use super::batch::{self, Batch, BatchError, BatchOptions, ShotOrder, StudyProgress, in_threads};
-use super::fit::{self, FitRow};
 use super::shots::ShotRow;
 pub use super::v50_result::V50Request;
 use super::v50_result::V50Result;
@@ -248,7 +247,7 @@ pub fn run(
     let mut texts = vec![("v50.json", format!("{:#}\n", result.json(case, request, options.seed))), ("v50.html", page)];
     texts.extend(tables.into_iter().zip(campaign.batches.iter().map(|batch| batch.table().text(u32::MAX))));
     folder.put(&texts, &[])?;
-    campaign.batches.into_iter().try_for_each(Batch::close)?;
+    campaign.batches.iter().try_for_each(|batch| batch.table().close())?;
     Ok(result)
 }
 
@@ -266,19 +265,10 @@ struct Campaign<'a> {
 
 impl Campaign<'_> {
     fn estimate(&self, found: &[FoundThreshold]) -> V50Result {
-        let shots: Vec<Option<FitRow>> = self.batches[0].table().rows(u32::MAX).map(|row| row.fit_row()).collect();
-        let rows: Vec<FitRow> = shots.iter().copied().flatten().collect();
-        let caught = |row: &&ShotRow| row.defeats() > row.perforated();
-        let torn_off = self.batches[0].table().rows(u32::MAX).filter(caught).count();
+        let rows = |batch: usize| self.batches[batch].table().rows(u32::MAX).cloned().collect::<Vec<ShotRow>>();
         V50Result {
-            other_shots: self
-                .others
-                .map(|other| other.map_or(0, |other| self.batches[other].table().rows(u32::MAX).count())),
-            shots: shots.len(),
-            failed: shots.len() - rows.len(),
-            torn_off,
-            rows: self.batches[0].table().rows(u32::MAX).cloned().collect(),
-            ..V50Result::new(found, fit::passed(&rows), &self.batches[0].case, self.request)
+            other_shots: self.others.map(|other| other.map_or(0, |other| rows(other).len())),
+            ..V50Result::new(found, rows(0), &self.batches[0].case, self.request)
         }
     }
 

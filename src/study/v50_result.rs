@@ -5,8 +5,8 @@ use serde_json::{Value, json};
 
 use super::batch::notes;
 pub use super::binary_response::ThresholdSample;
-use super::fit::VelocityUnit;
-use super::limit::{Bounds, Limit, Passed, QUANTILES, Quantile, student_t};
+use super::fit::{self, FitRow, VelocityUnit};
+use super::limit::{Bounds, Limit, QUANTILES, Quantile, student_t};
 use super::report::{
     Report, ReportTable, all_shots, drawn_panels, headline, residual_panel, shot_panel, threshold_panel,
 };
@@ -156,9 +156,11 @@ impl V50Result {
         reason.filter(|_| self.v50.is_none()).map(|reason| format!("no {}: {reason}", self.name()))
     }
 
-    /// Estimate from thresholds. `passed`: shots that perforated.
-    pub(super) fn new(found: &[FoundThreshold], passed: Vec<Passed>, case: &Case, request: &V50Request) -> Self {
+    /// Estimate from thresholds, and from the shots of the search.
+    pub(super) fn new(found: &[FoundThreshold], rows: Vec<ShotRow>, case: &Case, request: &V50Request) -> Self {
         let level = request.level;
+        let decided: Vec<FitRow> = rows.iter().filter_map(ShotRow::fit_row).collect();
+        let passed = fit::passed(&decided);
         let pair = |found: &FoundThreshold| Some([middle(found.bracket.clone().ok()?), middle(found.others[0]?)]);
         let pairs: Vec<[f64; 2]> = found.iter().filter_map(pair).collect();
         let turned = found.iter().enumerate().filter(|(_, found)| !found.monotone);
@@ -167,6 +169,10 @@ impl V50Result {
             thresholds: found.iter().map(|found| found.bracket.clone()).collect(),
             refinement: Refinement::new(&pairs),
             non_monotone: turned.map(|(realisation, _)| realisation).collect(),
+            shots: rows.len(),
+            failed: rows.len() - decided.len(),
+            torn_off: rows.iter().filter(|row| row.defeats() > row.perforated()).count(),
+            rows,
             ..Self::default()
         };
         let middles = result.middles();
@@ -221,7 +227,7 @@ impl V50Result {
             Err(reason) => json!({ "realisation": realisation, "low_m_s": null, "high_m_s": null, "reason": reason }),
         };
         let assumed = case.fields.iter().filter(|field| field.assumed).map(|field| field.pointer.as_str());
-        let [quantiles, _, residual] = self.limit.json();
+        let [quantiles, residual] = self.limit.json();
         json!({
             "quantity": self.name(),
             "v50_m_s": self.v50,
@@ -321,17 +327,15 @@ impl V50Result {
             others.filter(|(count, _)| *count > 0).map(|(count, of)| format!(", {count} {of}")).collect();
         let counts =
             vec![format!("thresholds: {known} of {}", self.thresholds.len()), format!("shots: {}{others}", self.shots)];
-        let mut tables = self.limit.tables(request.level);
-        if self.sigma.is_none() {
-            tables.remove(0);
-        }
         let row = |(retention, limit, over): (f64, [f64; 3], [f64; 2])| {
             let numbers = limit.map(|limit| short(limit, 4)).into_iter().chain(over.map(|over| format!("{over:.2}")));
             let yarns = if retention == 1.0 { "as published" } else { "as woven (assumed)" };
             [yarns.to_owned(), short(retention, 3)].into_iter().chain(numbers).collect()
         };
         let heads = ["yarns", "strength", "limit m/s", "low", "high", "over measured from", "to"];
-        tables.insert(0, ReportTable::new("strength of the yarns", &heads, 1).rows(self.as_woven().map(row), ""));
+        let yarns = ReportTable::new("strength of the yarns", &heads, 1).rows(self.as_woven().map(row), "");
+        let [quantiles, residual] = self.limit.tables(request.level);
+        let quantiles = Some(quantiles).filter(|_| self.sigma.is_some());
         let thresholds = self.sample.filter(|_| !self.is_alone).map(|sample| threshold_panel(self, &sample));
         let words = ["shots", "Shots of the search", if self.is_alone { "perforated [-]" } else { "realisation [-]" }];
         let value = |row: &ShotRow| match self.is_alone {
@@ -349,13 +353,13 @@ impl V50Result {
                 self.thresholds.len()
             ),
         };
-        tables.push(all_shots(&self.rows, &foot));
+        let all = all_shots(&self.rows, &foot);
         Report {
             title: case.title.clone(),
             counts,
             answer: self.answer(request.level),
             notes: self.notes(case),
-            tables,
+            tables: [yarns].into_iter().chain(quantiles).chain([residual, all]).collect(),
             panels: thresholds.into_iter().chain(residual_panel(&self.limit)).chain(shots).chain(drawn).collect(),
         }
     }

@@ -2,8 +2,8 @@
 
 use ripstop::num::random::{DrawKey, normal};
 use ripstop::study::binary_response::{self as binary, Estimate, Group, Outcomes, fit, interval};
-use ripstop::study::fit::VelocityUnit;
-use ripstop::study::limit::{Bounds, Passed, ResidualModel, arithmetic_v50, residual_fit};
+use ripstop::study::fit::{VelocityUnit, arithmetic_v50};
+use ripstop::study::limit::{Bounds, Passed, ResidualModel, residual_fit};
 
 use super::{GONOGO, NEYER, WU_TIAN, holds, near, outcomes};
 
