@@ -1,8 +1,7 @@
 //! Run time against error: a case run in every way a user may choose, each against one reference.
 //!
-//! The reference is as good as this program can do: the processor in f64, Courant 0.25, one crossover per element (for which the
-//! published failure strain holds), history four times as fine. The choices change one thing at a time from the case as it
-//! is.
+//! The reference is as good as this program can do: the processor in f64, Courant 0.25, one crossover per element (for which the published
+//! failure strain holds), history four times as fine. The choices change one thing at a time from the case as it is.
 //!
 //! Failure of yarns makes a shot sensitive to anything, so the reference is run a second time with a time step a fifth
 //! longer: errors smaller than the difference of the two are scatter and rank nothing.
@@ -29,7 +28,6 @@ use crate::solver::state::State;
 /// Description of the reference.
 pub const REFERENCE: &str = "CPU, f64, Courant 0.25, one crossover per element everywhere, history four times as fine, otherwise \
                              the case as it is";
-
 /// Names and Courant numbers [-] of the two references.
 const REFERENCES: [(&str, f64); 2] = [("reference", 0.25), ("second reference", 0.3)];
 /// Rows of the reference's history in one interval of the case's, so that reading between them adds no error.
@@ -38,7 +36,6 @@ const REFERENCE_ROWS: f64 = 4.0;
 const COURANT: [f64; 4] = [0.95, 0.9, 0.8, 0.5];
 /// Crossovers along each side of an element to choose from.
 const MESH: [u32; 3] = [1, 2, 4];
-
 /// Plies of the packs.
 const PACKS: [u32; 5] = [1, 4, 16, 32, 50];
 /// Shots of the batches.
@@ -53,8 +50,6 @@ const SECONDS: f64 = 1.0;
 const STEPS: u64 = 1000;
 /// Bytes that `sweep` moves for an element in a step, with the ring around a tile; and where strength varies (docs/decisions/15).
 const SWEEP_BYTES: [u64; 2] = [106, 115];
-/// Steps of a submission whose recording is timed, and submissions.
-const HOST: [u64; 2] = [64, 20];
 
 /// Reader of the case with changes, each `/pointer=value`.
 pub type ReadCase<'a> = &'a dyn Fn(&[String]) -> Result<Case, CaseError>;
@@ -181,7 +176,10 @@ pub fn measure(
             let refused =
                 |error: CaseError| format!("{}: expected {}, found {}", error.location, error.expected, error.found);
             let done = read(&one.sets).map_err(refused).and_then(|case| {
-                covers_the_same(&base, &case)?;
+                if crossovers(&base) != crossovers(&case) {
+                    let each = case.pack.crossovers_per_element;
+                    return Err(format!("the crossovers along warp or weft do not divide by {each}"));
+                }
                 let run = shoot(&one, &case).map_err(|error| error.to_string())?;
                 Ok((row(&one.name, &one.sets, &case, &run), run))
             });
@@ -207,17 +205,11 @@ pub fn measure(
     }))
 }
 
-/// Whether another mesh covers the same cloth: whole elements where the case has whole crossovers.
-fn covers_the_same(base: &Case, case: &Case) -> Result<(), String> {
-    let crossovers = |case: &Case| {
-        let each = [case.pack.crossovers_per_element, case.pack.elements_per_crossover].map(|count| count as usize);
-        let layers = case.layers();
-        layers.iter().map(|layer| layer.mesh.count.map(|count| count * each[0] / each[1])).collect::<Vec<_>>()
-    };
-    if crossovers(base) == crossovers(case) {
-        return Ok(());
-    }
-    Err(format!("the crossovers along warp or weft do not divide by {}", case.pack.crossovers_per_element))
+/// Crossovers of every layer along warp and weft: another mesh covers the same cloth where it has as many.
+fn crossovers(case: &Case) -> Vec<[usize; 2]> {
+    let each = [case.pack.crossovers_per_element, case.pack.elements_per_crossover].map(|count| count as usize);
+    let layers = case.layers();
+    layers.iter().map(|layer| layer.mesh.count.map(|count| count * each[0] / each[1])).collect()
 }
 
 /// Root mean square of the velocity difference over the time that both cover, over the velocity that the reference lost in that time [-];
@@ -345,9 +337,9 @@ fn fire(
     shots: usize,
     interrupt: &AtomicBool,
 ) -> Result<Result<Timed, String>, RunError> {
-    let prepared = |end: f64| -> Result<Vec<PreparedShot>, CaseError> {
+    let prepared = |end: f64| {
         let case = read(&[changes(1), vec![format!("/solver/end_time_us={end:?}")]].concat())?;
-        (0..shots).map(|_| PreparedShot::new(case.clone())).collect()
+        (0..shots).map(|_| PreparedShot::new(case.clone())).collect::<Result<Vec<_>, _>>()
     };
     let short = prepared(FIRST)?;
     let room = short[0].room(device, u64::MAX);
@@ -400,7 +392,8 @@ fn host(read: ReadCase<'_>) -> Result<f64, RunError> {
     let device = Device::noop();
     let mut stepper = DeviceStepper::new(&device, &model)?;
     stepper.upload(&model, &State::new(&case, &model));
-    let [steps, submissions] = HOST;
+    // Steps of a submission, and submissions.
+    let (steps, submissions) = (64, 20);
     let slot = |at: u64| at.is_multiple_of(4).then_some(at as u32 / 4);
     let batch: Vec<_> = (0..steps).map(|at| stepper.whole_step(at, slot(at), 4)).collect();
     stepper.submit(&batch);

@@ -12,7 +12,7 @@
 
 use nalgebra::{Matrix2, Vector2};
 
-use super::limit::{Bounds, highest, outer_end, peak, student_t};
+use super::limit::{Bounds, QUANTILES, Quantile, highest, outer_end, peak, student_t};
 use crate::num::random::normal;
 
 /// Steps of a fit at most. From these starts 5 to 20 are needed.
@@ -323,17 +323,13 @@ impl ProfileLikelihood {
         peak(height, low, high, 1e-5).1
     }
 
-    /// η = z + β (u − t).
-    fn line(&self, t: f64, beta: f64) -> LinearPredictor {
-        LinearPredictor::new(self.z - beta * t, beta)
-    }
-
-    /// Largest log-likelihood at t. It is concave in β; the penalised one may have several maxima.
+    /// Largest log-likelihood at t, of η = z + β (u − t). It is concave in β; the penalised one may have several maxima.
     fn height(&self, t: f64) -> f64 {
         // Logarithms of β per spread of the velocities: from a chance that hardly changes to a step.
         let (low, high, places) = if self.penalty { (-12.0, 8.0, 16) } else { (-12.0, 21.0, 1) };
         let at = |log: f64| {
-            let height = self.problem.height(self.line(t, log.exp()), self.penalty);
+            let beta = log.exp();
+            let height = self.problem.height(LinearPredictor::new(self.z - beta * t, beta), self.penalty);
             if height.is_finite() { height } else { f64::NEG_INFINITY }
         };
         highest(at, low, high, places, 1e-5).1
@@ -371,6 +367,13 @@ impl ThresholdSample {
         self.mean + self.sigma * normal::quantile(p)
     }
 
+    /// Velocities by chance with their intervals; of a single threshold, which is no sample, V50 alone.
+    pub(super) fn quantiles(&self, level: f64) -> Vec<Quantile> {
+        let chances = if self.count == 1 { &[0.5][..] } else { &QUANTILES };
+        let quantile = |p: &f64| Quantile { p: *p, value: Some(self.quantile(*p)), bounds: self.interval(*p, level) };
+        chances.iter().map(quantile).collect()
+    }
+
     /// Part of the realisations that are perforated at a velocity.
     pub fn probability(&self, velocity: f64) -> f64 {
         match self.sigma {
@@ -405,5 +408,30 @@ impl ThresholdSample {
         let step = 0.5 * self.sigma / n.sqrt();
         let end = |side: f64| outer_end(above, value, side * step, side * f64::INFINITY, 1e-9 * self.sigma);
         Bounds { low: end(-1.0), high: end(1.0) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_interval_of_the_mean_is_students() {
+        let thresholds = [181.0, 184.5, 190.2, 186.1, 179.4, 188.8, 185.0];
+        let Some(sample) = ThresholdSample::new(&thresholds, 0.0) else { unreachable!("there are thresholds") };
+        let half = student_t(0.9, 6) * sample.sigma / 7.0_f64.sqrt();
+        let bounds = sample.interval(0.5, 0.9);
+        let off = |end: Option<f64>, expected: f64| end.is_none_or(|end| (end - expected).abs() > 1e-5);
+        assert!(!off(bounds.low, sample.mean - half) && !off(bounds.high, sample.mean + half), "{bounds:?} {half}");
+        assert!(sample.interval(0.9, 0.9).high > bounds.high && sample.interval(0.5, 0.99).low < bounds.low);
+    }
+
+    #[test]
+    fn brackets_alone_are_no_scatter() {
+        let sample = ThresholdSample::new(&[99.5, 100.5, 99.5, 100.5], 2.0 * 3.0_f64.sqrt());
+        assert!(sample.is_some_and(|sample| sample.sigma < 0.6));
+        assert!(ThresholdSample::new(&[], 1.0).is_none());
+        let one = ThresholdSample::new(&[100.0], 1.0);
+        assert!(one.is_some_and(|one| one.interval(0.5, 0.9) == Bounds::default() && one.probability(101.0) == 1.0));
     }
 }

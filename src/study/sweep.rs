@@ -188,9 +188,9 @@ impl<'a> Sweep<'a> {
                         let (case, folder, options) = self.batch(*number, v50::FILES)?;
                         let found = v50::run(case, of, &options, &folder)?;
                         let numbers = found.json(case, of, options.seed);
-                        let reason = found.thresholds.iter().find_map(|found| found.as_ref().err());
                         let cells = self.request.of.columns().iter().map(|column| numbers[*column].clone());
-                        points.push(self.point(*number, cells.chain([json!(reason.map_or("", String::as_str))])));
+                        points
+                            .push(self.point(*number, cells.chain([json!(found.reason().map_or("", String::as_str))])));
                     }
                 }
             }

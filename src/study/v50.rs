@@ -12,6 +12,7 @@
 //! outcomes alone, never on the order in which shots ended: a campaign that was broken off asks for the same again, and finds the rows
 //! that are there.
 
+use std::iter;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -274,15 +275,13 @@ impl Campaign<'_> {
 
     fn thresholds(&self) -> Result<Vec<FoundThreshold>, BatchError> {
         let mut found: Vec<FoundThreshold> = Vec::new();
-        let mut blocks = BLOCKS.iter();
-        let mut size = BLOCKS[0];
-        while (found.len() as u32) < self.of {
-            size = blocks.next().copied().unwrap_or(size);
+        for size in BLOCKS.into_iter().chain(iter::repeat(BLOCKS[2])) {
             let first = found.len() as u32;
             found.extend(self.block(first..(first + size).min(self.of), self.start(&found))?);
             let result = self.estimate(&found);
             let is_narrow = |width: f64| result.bounds.is_narrow(result.v50, width);
-            if found.len() >= LEAST && self.request.until_width.is_some_and(is_narrow) {
+            let is_enough = found.len() >= LEAST && self.request.until_width.is_some_and(is_narrow);
+            if is_enough || found.len() as u32 >= self.of {
                 break;
             }
         }

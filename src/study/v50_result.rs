@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use super::batch::notes;
 pub use super::binary_response::ThresholdSample;
 use super::fit::{self, FitRow, VelocityUnit};
-use super::limit::{Bounds, Limit, QUANTILES, Quantile, student_t};
+use super::limit::{Bounds, Limit, student_t};
 use super::report::{
     Report, ReportTable, all_shots, drawn_panels, headline, residual_panel, shot_panel, threshold_panel,
 };
@@ -141,8 +141,13 @@ pub struct V50Result {
 impl V50Result {
     /// Middles of the brackets as the converged mesh moves them, in the order of realisations [m/s].
     pub fn middles(&self) -> Vec<f64> {
-        let factor = self.refinement.map_or(1.0, |refinement| refinement.factor());
+        let factor = self.factor();
         self.thresholds.iter().filter_map(|found| Some(factor * middle(*found.as_ref().ok()?))).collect()
+    }
+
+    /// Factor by which the converged mesh moves limits [-].
+    fn factor(&self) -> f64 {
+        self.refinement.map_or(1.0, |refinement| refinement.factor())
     }
 
     /// Name of the limit: `V50` or `ballistic limit`.
@@ -152,8 +157,12 @@ impl V50Result {
 
     /// Reason why there is no limit, and what to do; `None` where there is one.
     pub fn missing(&self) -> Option<String> {
-        let reason = self.thresholds.iter().find_map(|found| found.as_ref().err());
-        reason.filter(|_| self.v50.is_none()).map(|reason| format!("no {}: {reason}", self.name()))
+        self.reason().filter(|_| self.v50.is_none()).map(|reason| format!("no {}: {reason}", self.name()))
+    }
+
+    /// First reason why a realisation has no threshold.
+    pub(super) fn reason(&self) -> Option<&String> {
+        self.thresholds.iter().find_map(|found| found.as_ref().err())
     }
 
     /// Estimate from thresholds, and from the shots of the search.
@@ -179,15 +188,10 @@ impl V50Result {
         let brackets = result.thresholds.iter().filter_map(|found| found.as_ref().ok());
         let count = middles.len().max(1) as f64;
         let width = brackets.map(|[low, high]| high - low).sum::<f64>() / count;
-        let Some(sample) = ThresholdSample::new(&middles, width) else {
-            result.limit = Limit::new(VelocityUnit::default(), Vec::new(), passed, level);
-            return result;
-        };
-        // A single threshold of a case in which nothing varies is no sample.
-        let chances = if sample.count == 1 { &[0.5][..] } else { &QUANTILES };
-        let quantile =
-            |p: &f64| Quantile { p: *p, value: Some(sample.quantile(*p)), bounds: sample.interval(*p, level) };
-        result.limit = Limit::new(VelocityUnit::default(), chances.iter().map(quantile).collect(), passed, level);
+        let sample = ThresholdSample::new(&middles, width);
+        let quantiles = sample.map_or_else(Vec::new, |sample| sample.quantiles(level));
+        result.limit = Limit::new(VelocityUnit::default(), quantiles, passed, level);
+        let Some(sample) = sample else { return result };
         // The middle of a bracket is off by half of it at most; the mean of many by less.
         let refined = result.refinement.map_or(0.0, |refinement| 1.0 / refinement.count as f64);
         let bracket = 0.5 * width * (1.0 / count + refined).sqrt();
@@ -200,7 +204,7 @@ impl V50Result {
         };
         let other = numerical.hypot(bracket);
         let woven = |ends: [f64; 2]| {
-            let limit = result.refinement.map_or(1.0, |refinement| refinement.factor()) * middle(ends);
+            let limit = result.factor() * middle(ends);
             let off = limit * other / v50;
             [limit, limit - off, limit + off]
         };
@@ -423,25 +427,5 @@ mod tests {
         assert!(found.is_some_and(|found| (180.0 * found.factor() - 188.1).abs() < 1e-9));
         assert!(found.is_some_and(|found| (180.0 * found.open() - 2.7).abs() < 1e-9));
         assert_eq!(Refinement::new(&[]), None);
-    }
-
-    #[test]
-    fn the_interval_of_the_mean_is_students() {
-        let thresholds = [181.0, 184.5, 190.2, 186.1, 179.4, 188.8, 185.0];
-        let Some(sample) = ThresholdSample::new(&thresholds, 0.0) else { unreachable!("there are thresholds") };
-        let half = student_t(0.9, 6) * sample.sigma / 7.0_f64.sqrt();
-        let bounds = sample.interval(0.5, 0.9);
-        let off = |end: Option<f64>, expected: f64| end.is_none_or(|end| (end - expected).abs() > 1e-5);
-        assert!(!off(bounds.low, sample.mean - half) && !off(bounds.high, sample.mean + half), "{bounds:?} {half}");
-        assert!(sample.interval(0.9, 0.9).high > bounds.high && sample.interval(0.5, 0.99).low < bounds.low);
-    }
-
-    #[test]
-    fn brackets_alone_are_no_scatter() {
-        let sample = ThresholdSample::new(&[99.5, 100.5, 99.5, 100.5], 2.0 * 3.0_f64.sqrt());
-        assert!(sample.is_some_and(|sample| sample.sigma < 0.6));
-        assert!(ThresholdSample::new(&[], 1.0).is_none());
-        let one = ThresholdSample::new(&[100.0], 1.0);
-        assert!(one.is_some_and(|one| one.interval(0.5, 0.9) == Bounds::default() && one.probability(101.0) == 1.0));
     }
 }
