@@ -4,7 +4,6 @@
 //! next one begins, and a row that is there is not computed again.
 
 use std::collections::BTreeMap;
-use std::ops::Range;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -201,7 +200,7 @@ pub(super) fn fire(
         let (batch, order) = wanted[number];
         batch.shoot(order).ok_or(BatchError::Interrupted).and_then(|row| add(number, row))
     };
-    in_threads(threads, 0..wanted.len(), shoot).map(drop)
+    in_threads(threads, wanted.len(), shoot).map(drop)
 }
 
 /// A shot that waits: its number among those to fire, and what was asked for.
@@ -289,8 +288,9 @@ impl<'a> DeviceRunner<'a> {
             Some(at) => self.batches.remove(at),
             None => self.new_batch(shot, count)?,
         };
+        let last = self.batches.len();
         self.batches.push(batch);
-        self.batches.last_mut().ok_or(DeviceError::NoAdapter)
+        Ok(&mut self.batches[last])
     }
 
     fn new_batch(&mut self, shot: &PreparedShot, count: usize) -> Result<DeviceBatch<'a>, DeviceError> {
@@ -381,17 +381,16 @@ pub(super) fn notes(case: &Case) -> Vec<String> {
     notes
 }
 
-/// Results of `work` for every number, in their order, on at most `threads` threads; after an error none begins any more.
+/// Results of `work` for every number below `count`, in their order, on at most `threads` threads; after an error none begins any more.
 ///
 /// # Errors
 /// The error of the lowest number.
 pub(super) fn in_threads<T: Send, E: Send>(
     threads: usize,
-    numbers: Range<usize>,
+    count: usize,
     work: impl Fn(usize) -> Result<T, E> + Sync,
 ) -> Result<Vec<T>, E> {
-    let threads = threads.min(numbers.len());
-    let (waiting, done) = (Mutex::new(numbers), Mutex::new(BTreeMap::new()));
+    let (waiting, done) = (Mutex::new(0..count), Mutex::new(BTreeMap::new()));
     let next = || locked(&waiting).next();
     let worker = || {
         while let Some(number) = next() {
@@ -402,7 +401,7 @@ pub(super) fn in_threads<T: Send, E: Send>(
             locked(&done).insert(number, result);
         }
     };
-    thread::scope(|scope| (0..threads).for_each(|_| drop(scope.spawn(worker))));
+    thread::scope(|scope| (0..threads.min(count)).for_each(|_| drop(scope.spawn(worker))));
     done.into_inner().unwrap_or_else(PoisonError::into_inner).into_values().collect()
 }
 

@@ -30,8 +30,10 @@ const GOLDEN: f64 = 0.618_033_988_749_894_9;
 /// Columns before those of what was drawn, and after them; last come trust and reason.
 const FIRST: [&str; 3] = ["shot", "asked_velocity_m_s", "velocity_m_s"];
 const OUTCOME: [&str; 4] = ["outcome", "perforated", "count", "residual_velocity_m_s"];
+/// Column of a number of a run: its name, and how it is read.
+type RunNumber = (&'static str, fn(&Case, &Run) -> f64);
 /// Columns of numbers of a run between them.
-const NUMBERS: [(&str, fn(&Case, &Run) -> f64); 10] = [
+const NUMBERS: [RunNumber; 10] = [
     ("impact_energy_j", |_, run| run.impact_energy),
     ("absorbed_energy_j", |_, run| absorbed_energy(run)),
     ("energy_gained", |_, run| run.energy_gained),

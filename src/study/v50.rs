@@ -12,7 +12,6 @@
 //! outcomes alone, never on the order in which shots ended: a campaign that was broken off asks for the same again, and finds the rows
 //! that are there.
 
-use std::iter;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -239,7 +238,7 @@ pub fn run(
     let batches = cases.into_iter().zip(&tables).map(|(case, table)| Batch::open(case, options, folder, table));
     let batches = batches.collect::<Result<_, _>>()?;
     let campaign = Campaign { batches, others, request, options, of, done: AtomicU32::new(0) };
-    let result = campaign.estimate(&campaign.thresholds()?);
+    let result = campaign.result()?;
     let case = &campaign.batches[0].case;
     let page = result.report(case, request).html(
         &format!("{}: {}", if result.is_alone { "Ballistic limit" } else { "V50" }, case.title),
@@ -273,19 +272,20 @@ impl Campaign<'_> {
         }
     }
 
-    fn thresholds(&self) -> Result<Vec<FoundThreshold>, BatchError> {
+    /// Result of so many thresholds as are asked for, or as its interval needs.
+    fn result(&self) -> Result<V50Result, BatchError> {
         let mut found: Vec<FoundThreshold> = Vec::new();
-        for size in BLOCKS.into_iter().chain(iter::repeat(BLOCKS[2])) {
-            let first = found.len() as u32;
+        let mut sizes = BLOCKS.into_iter();
+        loop {
+            let (first, size) = (found.len() as u32, sizes.next().unwrap_or(BLOCKS[2]));
             found.extend(self.block(first..(first + size).min(self.of), self.start(&found))?);
             let result = self.estimate(&found);
             let is_narrow = |width: f64| result.bounds.is_narrow(result.v50, width);
             let is_enough = found.len() >= LEAST && self.request.until_width.is_some_and(is_narrow);
             if is_enough || found.len() as u32 >= self.of {
-                break;
+                return Ok(result);
             }
         }
-        Ok(found)
     }
 
     /// Start of the next searches: the middle of the thresholds so far, and steps of their scatter.
@@ -309,8 +309,7 @@ impl Campaign<'_> {
         let realisations: Vec<u32> = block.collect();
         let at_a_time = if self.options.device.is_some() { realisations.len() } else { 1 };
         let groups: Vec<&[u32]> = realisations.chunks(at_a_time).collect();
-        let found =
-            in_threads(self.options.threads, 0..groups.len(), |group| self.thresholds_of(groups[group], start))?;
+        let found = in_threads(self.options.threads, groups.len(), |group| self.thresholds_of(groups[group], start))?;
         Ok(found.into_iter().flatten().collect())
     }
 

@@ -126,8 +126,6 @@ pub struct V50Result {
     pub sample: Option<ThresholdSample>,
     /// Realisations whose outcome turned more than once.
     pub non_monotone: Vec<usize>,
-    /// Number of shots.
-    pub shots: usize,
     /// Shots without an outcome.
     pub failed: usize,
     /// Shots that were caught by cloth that had torn off its frame: no stops.
@@ -178,7 +176,6 @@ impl V50Result {
             thresholds: found.iter().map(|found| found.bracket.clone()).collect(),
             refinement: Refinement::new(&pairs),
             non_monotone: turned.map(|(realisation, _)| realisation).collect(),
-            shots: rows.len(),
             failed: rows.len() - decided.len(),
             torn_off: rows.iter().filter(|row| row.defeats() > row.perforated()).count(),
             rows,
@@ -251,7 +248,7 @@ impl V50Result {
                 "over_measured_so_far": over_measured,
             })).collect::<Vec<_>>(),
             "realisations": self.thresholds.len(),
-            "shots": self.shots,
+            "shots": self.rows.len(),
             "failed": self.failed,
             "torn_off": self.torn_off,
             "non_monotone": self.non_monotone.len(),
@@ -311,15 +308,9 @@ impl V50Result {
                 ),
             });
         }
-        if self.failed > 0 {
-            notes.push(format!("{} of {} shots have no outcome: see v50.csv", self.failed, self.shots));
-        }
-        if self.torn_off > 0 {
-            notes.push(format!(
-                "{} of {} shots were caught by cloth that had torn off its frame, and are no stops",
-                self.torn_off, self.shots
-            ));
-        }
+        let of = |count: usize, words: &str| (count > 0).then(|| format!("{count} of {} {words}", self.rows.len()));
+        notes.extend(of(self.failed, "shots have no outcome: see v50.csv"));
+        notes.extend(of(self.torn_off, "shots were caught by cloth that had torn off its frame, and are no stops"));
         notes
     }
 
@@ -329,8 +320,10 @@ impl V50Result {
         let others = self.other_shots.into_iter().zip(["on the converged mesh", "with yarns as woven"]);
         let others: String =
             others.filter(|(count, _)| *count > 0).map(|(count, of)| format!(", {count} {of}")).collect();
-        let counts =
-            vec![format!("thresholds: {known} of {}", self.thresholds.len()), format!("shots: {}{others}", self.shots)];
+        let counts = vec![
+            format!("thresholds: {known} of {}", self.thresholds.len()),
+            format!("shots: {}{others}", self.rows.len()),
+        ];
         let row = |(retention, limit, over): (f64, [f64; 3], [f64; 2])| {
             let numbers = limit.map(|limit| short(limit, 4)).into_iter().chain(over.map(|over| format!("{over:.2}")));
             let yarns = if retention == 1.0 { "as published" } else { "as woven (assumed)" };
