@@ -13,7 +13,7 @@ use ripstop::gpu::{self, Device};
 use ripstop::output::warnings;
 use ripstop::run::checkpoint::BackendId;
 use ripstop::run::{Options, Precision};
-use ripstop::study::fit::{ColumnKind, VelocityUnit};
+use ripstop::study::fit::ColumnKind;
 
 use super::bench::{BenchArguments, VerifyArguments};
 use super::check::{CheckArguments, CrossoverArguments};

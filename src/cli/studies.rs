@@ -11,7 +11,7 @@ use ripstop::case::{Case, CaseError, with_velocity};
 use ripstop::output::Folder;
 use ripstop::output::number::short;
 use ripstop::study::batch::{BatchError, BatchOptions, StudyProgress, order_case};
-use ripstop::study::fit;
+use ripstop::study::fit::{self, ColumnKind, VelocityUnit};
 use ripstop::study::report::{Report, ReportTable};
 use ripstop::study::shots::{self, ShotsRequest};
 use ripstop::study::sweep::{self, Factor, SweepOf, SweepRequest, grid};
