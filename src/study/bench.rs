@@ -322,8 +322,10 @@ fn time(
     let (mut end, mut before) = (4.0 * FIRST, shoot(FIRST)?);
     loop {
         let run = shoot(end)?;
-        if run.loop_seconds > SECONDS || run.steps > STEPS || interrupt.load(Ordering::Relaxed) {
-            let step = (run.loop_seconds - before.loop_seconds) / (run.steps as f64 - before.steps as f64);
+        let interrupted = interrupt.load(Ordering::Relaxed);
+        let step = (run.loop_seconds - before.loop_seconds) / (run.steps as f64 - before.steps as f64);
+        // Where something else slowed the shorter run down, a longer one tells.
+        if interrupted || step > 0.0 && (run.loop_seconds > SECONDS || run.steps > STEPS) {
             return Ok(Timed { run, step });
         }
         (end, before) = (4.0 * end, run);
