@@ -1,15 +1,13 @@
 //! The program as users and scripts meet it: files, exit codes, what is printed where.
 //!
-//! Promise: names and codes are those of the contract; nothing is written when a run is refused; results do not
+//! Promise: exit codes are 0, 1, 2, 3 and 130, with one message each; nothing is written when a run is refused; results do not
 //! depend on the number of threads; output that is not a terminal holds no escape codes.
 //! Every program here runs as on a machine without a graphics adapter; those that want one are in `tests/gpu`.
 
 mod campaigns;
 mod commands;
-mod exit_codes;
 mod folders;
 mod results;
-mod terminal;
 
 use std::fs;
 use std::path::PathBuf;
@@ -148,4 +146,139 @@ fn run(case: &Value) -> (case::Case, Run) {
     let options = Options::default().threads(1);
     let run = run::run(&case, options, &AtomicBool::new(false), &mut ()).unwrap();
     (case, run)
+}
+
+/// A deflection that lies in the projectile's way.
+const OVERLAP: &str = r#"/pack/initial_deflection={"amplitude_mm":-2,"warp_half_waves":1,"weft_half_waves":1}"#;
+
+#[test]
+fn bad_input_is_2_and_nothing_is_written() {
+    let bench = Bench::new(&small());
+    fs::write(bench.path("broken.json"), "{ \"title\": ").unwrap();
+    fs::write(bench.path("file"), "").unwrap();
+    let heavy = small_with("/fabric/areal_density_g_m2", json!(2552));
+    fs::write(bench.path("s-720.json"), heavy["fabric"].to_string()).unwrap();
+    let before = bench.names(".");
+    let refused = [
+        ("run broken.json", "line 1, column"),
+        ("run absent.json", "absent.json"),
+        ("run shot.json --set /projectile/velocity=1", "velocity_m_s"),
+        ("run shot.json --set /pack/pretension/warp_n_per_m=1e7", "/pack/pretension"),
+        (&format!("run shot.json --set {OVERLAP}"), "/projectile"),
+        // The pack has 30.48 mm, the projectile a radius of 2.75 mm.
+        ("run shot.json --set /projectile/offset_mm=[0,15.24]", "found: [0, 15.24] mm"),
+        ("v50 shot.json --set /pack/edges=free --set /projectile/offset_mm=[-18,0]", "a hit on free fabric"),
+        ("run shot.json --set /fabric/areal_density_g_m2=0.2552", "about 252.9 g/m²"),
+        ("check shot.json --set /fabric/areal_density_g_m2=189.6", "found: 189.6 g/m²"),
+        (r#"run shot.json --set /pack/layup=[{},{"fabric":{"file":"s-720.json"}}]"#, "/pack/layup/1/fabric/areal"),
+        (&format!("check shot.json --set {OVERLAP}"), "/projectile"),
+        ("run shot.json --out file", "a file"),
+        ("run shot.json --out file/below", "file/below"),
+        ("run shot.json --threads 0", "--threads"),
+        ("run shot.json --precision f16", "f64"),
+        ("run shot.json --backend cpu --adapter 0", "--adapter"),
+        ("run shot.json --backend tpu", "auto, cpu, gpu"),
+        ("run shot.json --frames 10001", "/output/frames"),
+        ("run shot.json --no-skip=wavefront,mirror", "wavefront, outcome, symmetry, all"),
+        ("run shot.json --checkpoint-every 0", "expected a time above 0 in µs"),
+        ("run", "CASE.json"),
+        ("fly", "fly"),
+        ("resume .", "expected: a folder with a checkpoint, checkpoint.bin"),
+        ("resume nowhere", "nowhere"),
+        ("info absent.json", "absent.json"),
+        ("completions tcsh", "bash"),
+        ("explain W10", "0, 1, 2, 3, 130, W1, W2, W3, W4, W5, W6, W7, W8, W9"),
+        ("run shot.json --backend gpu --precision f64", "--backend cpu"),
+        ("bench absent.json", "absent.json"),
+        ("bench shot.json --backend cpu --out shot.json", "a file"),
+        ("crossover shot.json --warp-stretch 1", "--weft-stretch"),
+        ("crossover shot.json --warp-stretch 1 --weft-stretch 1 --json --csv", "--csv"),
+        ("crossover shot.json --warp-stretch 1:2:2000 --weft-stretch 1:2:2000", "at most 1000000 points"),
+        ("crossover shot.json --weft-stretch 1 --warp-stretch 0", "--warp-stretch"),
+        ("crossover shot.json --weft-stretch 1 --warp-stretch 1:1.1:1", "--warp-stretch"),
+        ("new shot.json", "--force"),
+        ("new no/such/folder/x.json", "error: no/such/folder"),
+        ("new y.json --velocity 1e9", "/projectile/velocity_m_s"),
+        ("new y.json --velocity fast", "--velocity"),
+        ("new y.json --plies 0", "/pack/plies"),
+        ("new y.json --projectile stone", "fsp-22         chisel-nosed fragment simulator"),
+        ("new y.json --fabric absent.json", "or a file with the keys of a fabric (No such file"),
+    ];
+    for (line, named) in refused {
+        let output = bench.ripstop(&line.split(' ').collect::<Vec<_>>());
+        let message = stderr(&output);
+        assert_eq!(code(&output), 2, "{line}: {message}");
+        assert!(message.contains(named), "{line}: {named} in {message}");
+        assert_eq!(message.matches("error: ").count(), 1, "{line}: {message}");
+        assert!(output.stdout.is_empty(), "{line}");
+        assert_eq!(bench.names("."), before, "{line}");
+    }
+    // Just inside of the frame, past a free edge but not beside it; tape, whose resin has a weight, and a coating that is said.
+    for set in [
+        "/projectile/offset_mm=[0,15.2]",
+        "/pack/edges=free --set /projectile/offset_mm=[17.9,0]",
+        r#"/fabric/weft={"absent":true,"count_per_inch":20}"#,
+        r#"/fabric/areal_density_g_m2=900 --set /sources={"/fabric/areal_density_g_m2":"assumed:coated"}"#,
+    ] {
+        let output = bench.ripstop(&format!("check shot.json --set {set}").split(' ').collect::<Vec<_>>());
+        assert_eq!(code(&output), 0, "{set}: {}", stderr(&output));
+    }
+    // A kind of skip follows an equals sign only: a word by itself is the case.
+    let output = bench.ripstop(&["run", "--backend", "cpu", "--quiet", "--no-skip", "shot.json"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+}
+
+#[test]
+fn results_never_replace_the_case() {
+    let bench = Bench::new(&small());
+    let before = bench.text("shot.json");
+    for (name, command) in [("case.json", "run"), ("bench.json", "bench")] {
+        fs::copy(bench.path("shot.json"), bench.path(name)).unwrap();
+        let output = bench.ripstop(&[command, name, "--backend", "cpu", "--out", "."]);
+        assert_eq!(code(&output), 2, "{}", stderr(&output));
+        assert_eq!(bench.text(name), before);
+    }
+    assert_eq!(bench.names("."), ["bench.json", "case.json", "shot.json"]);
+}
+
+#[test]
+fn a_failed_expectation_is_1_and_the_results_are_there() {
+    let expect = json!([{"quantity": "outcome", "value": "stopped", "source": "this test"}]);
+    let bench = Bench::new(&small_with("/expect", expect));
+    let output = bench.shoot(&["--quiet"]);
+    assert_eq!((code(&output), stdout(&output)), (1, String::new()));
+    assert!(stderr(&output).contains("outcome: expected stopped, got running"), "{}", stderr(&output));
+    assert_eq!(bench.json("out/shot/summary.json")["expect"][0]["pass"], false);
+}
+
+/// Elsewhere a program cannot be kept from the adapters.
+#[cfg(target_os = "linux")]
+#[test]
+fn what_needs_an_adapter_is_3_and_auto_takes_the_processor_and_says_why() {
+    let bench = Bench::new(&small());
+    for line in [
+        "run shot.json --backend gpu",
+        "run shot.json --backend gpu --precision f32 --adapter 0",
+        "run shot.json --adapter 0",
+        "verify --backend gpu",
+        "bench shot.json --backend gpu",
+        "v50 shot.json --backend gpu",
+        "sweep shot.json --over /pack/plies=1,2 --backend gpu",
+    ] {
+        let output = bench.ripstop(&line.split(' ').collect::<Vec<_>>());
+        let message = stderr(&output);
+        assert_eq!((code(&output), message.lines().count()), (3, 4), "{line}: {message}");
+        for part in ["error: --backend gpu", "expected: a graphics adapter", "found: no ", "help: take --backend cpu"] {
+            assert!(message.contains(part), "{line}: {part} in {message}");
+        }
+        assert!(output.stdout.is_empty() && bench.names(".") == ["shot.json"], "{line}");
+    }
+    let output = bench.ripstop(&["run", "shot.json"]);
+    assert_eq!(code(&output), 0);
+    assert_eq!(stderr(&output), "note: --backend auto takes the CPU: no graphics adapter was found\n");
+    let summary = bench.json("out/shot/summary.json");
+    assert_eq!((&summary["backend"], &summary["precision"]), (&json!("cpu"), &json!("f64")));
+    let info = stdout(&bench.ripstop(&["info"]));
+    let line = "auto chooses  cpu, because no graphics adapter was found";
+    assert!(info.contains(line) && !info.contains("adapter 0"), "{info}");
 }

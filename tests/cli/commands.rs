@@ -104,10 +104,7 @@ fn check_prints_every_field_and_what_follows_and_refuses_bad_cases() {
     for field in &case::from_str("shot.json", &small().to_string(), &[]).unwrap().fields {
         assert!(words.contains(&field.pointer) && words.contains(&field.value), "{}", field.pointer);
     }
-    let mirrored = "a quarter, mirrored at x = 0 and y = 0";
-    for part in
-        ["critical time step", "set by:", "steps", "element-steps", "run time", "memory", "elements", "576", mirrored]
-    {
+    for part in ["critical time step", "memory", "576", "a quarter, mirrored at x = 0 and y = 0"] {
         assert!(text.contains(part), "{part} in\n{text}");
     }
     assert_eq!(bench.names("."), ["shot.json"]);
@@ -126,40 +123,21 @@ fn check_begins_with_what_a_data_sheet_says() {
     assert_eq!(sheet["fields"].as_array().unwrap().len(), run(&small()).0.fields.len());
     let plies = stdout(&bench.ripstop(&["check", "shot.json", "--set", "/pack/plies=3", "--json"]));
     assert!(plies.contains("\"areal_density_kg_m2\": 0.765"), "{plies}");
-    let text = stdout(&bench.ripstop(&["check", "shot.json", "--set", "/pack/edges={\"left\": \"free\"}"]));
-    for part in [
-        "breaks at 368 N (2.33 N/tex)",
-        "wave 8165 m/s",
-        "impact energy 540 J",
-        "● hit at [0, 0] mm",
-        "│",
-        "║",
-        "─ free",
-    ] {
-        assert!(text.contains(part), "{part} in\n{text}");
-    }
-    // Half the width is twelve columns, behind two blanks and a side.
-    let hit = |text: &str| text.lines().find_map(|line| line.chars().position(|c| c == '●')).unwrap();
-    let moved = stdout(&bench.ripstop(&["check", "shot.json", "--set", "/projectile/offset_mm=[7,0]"]));
-    assert!(hit(&text) == 15 && hit(&moved) > 15, "{text}{moved}");
 }
 
 #[test]
 fn info_and_schema_say_what_the_machine_has_and_what_a_case_needs() {
     let bench = Bench::new(&small());
     let machine = stdout(&bench.ripstop(&["info"]));
-    for part in ["threads", "SIMD", "memory", "backend cpu", "f64 or f32", "auto chooses"] {
-        assert!(machine.contains(part), "{part} in\n{machine}");
+    assert!(
+        ["threads", "memory", "backend cpu", "auto chooses"].iter().all(|part| machine.contains(part)),
+        "{machine}"
+    );
+    fs::write(bench.path("without.json"), small_with("/projectile", Value::Null).to_string()).unwrap();
+    for (case, part) in [("shot.json", "projectile_contact"), ("without.json", "sweep, yarn_load, energy_balance")] {
+        let scene = stdout(&bench.ripstop(&["info", case]));
+        assert!(scene.contains("device memory") && scene.contains(part), "{part} in\n{scene}");
     }
-    let scene = stdout(&bench.ripstop(&["info", "shot.json"]));
-    for part in ["a small shot", "device memory", "projectile_contact"] {
-        assert!(scene.contains(part), "{part} in\n{scene}");
-    }
-    let mut case = small();
-    case.as_object_mut().unwrap().remove("projectile");
-    fs::write(bench.path("without.json"), case.to_string()).unwrap();
-    let scene = stdout(&bench.ripstop(&["info", "without.json"]));
-    assert!(scene.contains("sweep, yarn_load, energy_balance"), "{scene}");
     let schema: Value = serde_json::from_str(&stdout(&bench.ripstop(&["schema"]))).unwrap();
     assert_eq!(schema, case::schema());
 }
@@ -175,7 +153,8 @@ fn crossover_meets_the_published_numbers_of_every_law_in_every_form() {
         let half_a_digit = if expected < 1.0 { 5.1e-7 } else { 5.1e-5 };
         assert!((value.as_f64().unwrap() - expected).abs() <= half_a_digit, "{value} {expected}");
     };
-    let point = solve_json(&at)["points"][0].clone();
+    let solved = solve_json(&at);
+    let point = &solved["points"][0];
     let contract = "warp_stretch weft_stretch warp_tension_n weft_tension_n contact_force_n warp_height_mm weft_height_mm \
                     warp_strain weft_strain iterations residual";
     let keys: Vec<&str> = point.as_object().unwrap().keys().map(String::as_str).collect();
@@ -184,12 +163,9 @@ fn crossover_meets_the_published_numbers_of_every_law_in_every_form() {
     near(&point["weft_height_mm"], 0.110638);
     near(&point["weft_tension_n"], 47.4183);
     assert!(point["iterations"].is_u64() && point["residual"].as_f64().unwrap() < 1e-6);
-    for (law, warp, force) in
-        [("published", 50.0251, 25.0347), ("variational", 50.0444, 19.8285), ("kawabata", 50.0246, 17.9505)]
-    {
+    for (law, force) in [("published", 25.0347), ("variational", 19.8285), ("kawabata", 17.9505)] {
         let solved = solve_json(&[&at[..], &["--law", law]].concat());
         assert_eq!(solved["law"], law);
-        near(&solved["points"][0]["warp_tension_n"], warp);
         near(&solved["points"][0]["contact_force_n"], force);
     }
     let grid = ["--warp-stretch", "1:1.04:3", "--weft-stretch", "0.99:1.01:2"];
@@ -201,8 +177,6 @@ fn crossover_meets_the_published_numbers_of_every_law_in_every_form() {
     let csv = solve(&[&grid[..], &["--csv"]].concat());
     let tension: f64 = csv.lines().nth(6).unwrap().split(',').nth(2).unwrap().parse().unwrap();
     assert_eq!((csv.lines().count(), tension), (7, points[5]["warp_tension_n"].as_f64().unwrap()));
-    let table = solve(&grid);
-    assert!(table.contains("published law") && table.lines().count() >= 8, "{table}");
 }
 
 #[test]
@@ -239,23 +213,6 @@ fn bench_measures_every_choice() {
     assert!(named("mesh 4").is_none() && case["skipped"][0]["name"] == "mesh 4", "{}", case["skipped"]);
 }
 
-#[test]
-fn bench_prints_a_table_and_what_was_left_out() {
-    let mut case = small_with("/pack", json!({"width_mm": 17.8, "height_mm": 17.8}));
-    case["solver"]["end_time_us"] = json!(3);
-    let bench = Bench::new(&case);
-    let output = bench.ripstop(&["bench", "shot.json", "--backend", "cpu", "--out", "here"]);
-    assert!(code(&output) == 0 && stderr(&output).starts_with("note: 12 runs, "), "{}", stderr(&output));
-    for part in [
-        "a small shot",
-        "reference: CPU, f64, Courant 0.25",
-        "left out: mesh 4: the crossovers along warp or weft do not divide by 4",
-        "files  here: bench.json",
-    ] {
-        assert!(stdout(&output).contains(part), "{part} in\n{}", stdout(&output));
-    }
-}
-
 #[cfg(unix)]
 #[test]
 fn bench_ends_at_ctrl_c_with_what_was_measured() {
@@ -286,20 +243,5 @@ fn verify_has_a_row_for_each_expectation_of_each_case() {
             let stated: Vec<&Value> = case["expect"].as_array().unwrap().iter().collect();
             assert!(!stated.is_empty() && quantities(&of_case) == quantities(&stated), "{name}: {of_case:?}");
         }
-    }
-}
-
-#[test]
-fn every_shell_gets_a_script_that_knows_every_command() {
-    let bench = Bench::new(&small());
-    let help = stdout(&bench.ripstop(&["--help"]));
-    let commands = help.lines().skip_while(|line| !line.starts_with("Commands:")).skip(1);
-    // Two blanks and a name; lines that only go on with a text are indented further.
-    let named = commands.take_while(|line| !line.is_empty()).filter(|line| !line.starts_with("   "));
-    let commands: Vec<&str> = named.filter_map(|line| line.split_whitespace().next()).collect();
-    assert!(commands.len() > 10 && commands.contains(&"explain"), "{commands:?}");
-    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
-        let script = stdout(&bench.ripstop(&["completions", shell]));
-        commands.iter().for_each(|command| assert!(script.contains(command), "{command} for {shell}"));
     }
 }
