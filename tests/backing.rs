@@ -10,7 +10,7 @@ use ripstop::output::{behind, margins, summary};
 use ripstop::run::outcome::Outcome;
 use ripstop::run::{Precision, Run, Simulation, Skips};
 
-use crate::scene::{builtin, finish, run, run_as};
+use crate::support::{builtin, finish, run, run_as};
 
 /// A pack that flies freely against clay 0.5 mm behind it.
 fn thrown(sets: &[&str]) -> Case {

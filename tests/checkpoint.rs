@@ -18,8 +18,8 @@ use ripstop::run::checkpoint::{Checkpoint, Checkpointable, FORMAT, Header};
 use ripstop::run::{self, Observer, Options, Run, RunError, RunScalar, Simulation, Skips};
 use tempfile::TempDir;
 
-use crate::scene::{builtin, pack, ply, quarter, result};
 use crate::support::Random;
+use crate::support::{builtin, pack, ply, quarter, result};
 
 fn start<S: RunScalar>(case: &Case) -> Simulation<S> {
     Simulation::with_skips(case, Skips::default()).unwrap_or_else(|e| panic!("{e}"))

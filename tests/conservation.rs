@@ -10,7 +10,7 @@ use ripstop::output::checks::{Level, checks};
 use ripstop::run::{Precision, Sample, Simulation};
 use ripstop::solver::node_update::field;
 
-use crate::scene::{builtin, finish, run, run_as};
+use crate::support::{builtin, finish, run, run_as};
 
 const SMALL: &str = "cases/verify/mirror.json";
 

@@ -18,7 +18,7 @@ use ripstop::run::{Precision, Run};
 use ripstop::solver::contact::edge_contact::{EdgeConstraint, EdgeContact, SHARED};
 use ripstop::solver::contact::projectile_contact::{ContactPoint, resolve};
 
-use crate::scene::{builtin, run, run_as, shipped};
+use crate::support::{builtin, run, run_as, shipped};
 
 /// Mass of the body [kg].
 const BODY: f64 = 3e-3;

@@ -16,7 +16,7 @@ use ripstop::solver::FailureEvent;
 use ripstop::solver::element_totals::field as element;
 use ripstop::solver::node_update::field as node;
 
-use crate::scene::{builtin, finish, run, shipped};
+use crate::support::{builtin, finish, run, shipped};
 
 const ROUND: &str = "cases/verify/turned-in-window.json";
 const PAPER: &str = "cases/s720-1ply-155.json";
@@ -190,7 +190,7 @@ fn outcomes_see_the_window() {
     // A wide body, whose covering yarns end at the rim, is held.
     let slow = ["/projectile/diameter_mm=40", "/projectile/mass_g=60", "/projectile/velocity_m_s=5", "/expect=[]"];
     let case = builtin(ROUND, &[&slow[..], &["/solver/end_time_us=3000", "/solver/run_until=outcome"]].concat());
-    let run = crate::scene::run(&case);
+    let run = crate::support::run(&case);
     assert!(matches!(run.outcome, Outcome::Stopped | Outcome::Rebounded), "{:?}", run.outcome);
     assert!(run.frame_share < 1.0);
 }

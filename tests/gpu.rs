@@ -60,8 +60,6 @@ mod gpu {
     pub(crate) mod shots;
 }
 #[allow(dead_code, reason = "shared with the other test binary, which uses the rest")]
-mod scene;
-#[allow(dead_code, reason = "shared with the other test binary, which uses the rest")]
 mod support;
 
 fn main() -> std::process::ExitCode {

@@ -11,7 +11,7 @@ use ripstop::model::Model;
 use ripstop::model::mesh::Mesh;
 use ripstop::run::{Run, Skips};
 
-use crate::scene::{builtin, run, shipped};
+use crate::support::{builtin, run, shipped};
 
 const PAPER: &str = "cases/s720-1ply-155.json";
 
@@ -143,7 +143,7 @@ fn waves_run_through_growing_elements_at_their_speed() {
     let case = builtin("cases/verify/strip-crimped-155.json", &[grading, "/solver/shock_viscosity=0.3"]);
     assert!(Model::<f64>::new(&case).unwrap().ply_types[0].mesh.is_graded());
     let run = run(&case);
-    for checked in crate::scene::checked(&case, &run) {
+    for checked in crate::support::checked(&case, &run) {
         assert!(checked["pass"] == true, "{checked:?}");
     }
 }

@@ -10,7 +10,7 @@ use ripstop::output;
 use ripstop::run::Run;
 use ripstop::run::outcome::Outcome;
 
-use crate::scene::{run, shipped};
+use crate::support::{run, shipped};
 
 /// Numerics; velocities next to the limit at which the ply stops the shot and is perforated; 1.5 times the limit and what is left of it [m/s].
 const LIMITS: [(&str, [f64; 2], [f64; 2]); 3] = [

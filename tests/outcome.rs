@@ -20,8 +20,8 @@ use ripstop::solver::node_update::field as node;
 use ripstop::solver::state::State;
 use ripstop::{BuiltInFabric, Edge, FrameCollector};
 
-use crate::scene::torn::{self, SEAM, ring};
-use crate::scene::{builtin, finish, run as run_case};
+use crate::support::torn::{self, SEAM, ring};
+use crate::support::{builtin, finish, run as run_case};
 
 /// A ply struck in the middle, whose yarns a test cuts by hand.
 struct Ply {

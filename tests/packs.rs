@@ -16,7 +16,7 @@ use ripstop::run::{Options, Precision, Run, Simulation, Skips};
 use ripstop::solver::element_totals::field as element;
 use ripstop::solver::state::node_position;
 
-use crate::scene::{builtin, run, run_as};
+use crate::support::{builtin, run, run_as};
 
 /// Energy error where the work of moving nodes out of penetrations, counted to first order against the hourglass stiffness, is all
 /// that rounding does not explain: twice the largest seen, 8.9e-8. Without that stiffness the same scenes close to 2e-15.

@@ -11,7 +11,7 @@ use ripstop::output;
 use ripstop::run::Run;
 use serde_json::{Map, Value, json};
 
-use crate::scene;
+use crate::support;
 
 const FOLDER: &str = "tests/regression";
 /// Allowed difference over the number.
@@ -103,10 +103,10 @@ fn every_scene_gives_the_numbers_that_it_gave() {
     let (mut new, mut changed) = (Map::new(), Vec::new());
     for name in scenes.as_object().unwrap().keys() {
         let case = case(name, 1.0);
-        let got = compared(&case, &scene::run(&case));
+        let got = compared(&case, &support::run(&case));
         if std::env::var_os("RIPSTOP_UPDATE_REGRESSION").is_some() {
             let nudged = self::case(name, 1.0 + NUDGE);
-            let found = differences(&compared(&nudged, &scene::run(&nudged)), &got, 0.1);
+            let found = differences(&compared(&nudged, &support::run(&nudged)), &got, 0.1);
             assert!(found.is_empty(), "{name} multiplies roundings:\n{}", found[..found.len().min(12)].join("\n"));
             new.insert(name.clone(), got);
             continue;

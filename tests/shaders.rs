@@ -17,7 +17,7 @@ use ripstop::gpu::{Device, layout};
 use ripstop::model::Model;
 use wgpu::naga;
 
-use crate::scene::builtin;
+use crate::support::builtin;
 use crate::support::patch;
 
 fn parse(kernel: &Kernel) -> Module {

@@ -19,7 +19,6 @@ mod packs;
 mod regression;
 mod report;
 mod rooms;
-mod scene;
 mod shaders;
 mod study;
 mod support;

@@ -15,7 +15,7 @@ use ripstop::physics::rigid_body::MirrorPlanes;
 use ripstop::run::{self, Options, Precision, Run, Skips};
 use serde_json::json;
 
-use crate::scene::builtin;
+use crate::support::builtin;
 
 const PAPER: &str = "cases/s720-1ply-155.json";
 

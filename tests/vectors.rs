@@ -13,7 +13,7 @@ use ripstop::solver::energy_balance::{Balance, EnergyBalance};
 use ripstop::solver::state::State;
 use ripstop::solver::{FailureEvent, Stepper};
 
-use crate::scene::builtin;
+use crate::support::builtin;
 
 /// Everything that a run leaves behind.
 #[derive(Debug, PartialEq)]

@@ -7,7 +7,7 @@ use std::path::Path;
 use ripstop::run::Run;
 use ripstop::run::outcome::Outcome;
 
-use crate::scene::{builtin, checked, run};
+use crate::support::{builtin, checked, run};
 
 /// Without viscosity tension rings behind a shock: between compressible crossovers waves run too fast and yarns break, and a slack strip
 /// that is pulled taut becomes unstable.

@@ -5,8 +5,8 @@
 use ripstop::run::checkpoint::Checkpoint;
 
 use super::*;
-use crate::scene::{files, same_files, wait_for_another};
 use crate::support::Random;
+use crate::support::{files, same_files, wait_for_another};
 
 const CHECKPOINT: &str = "out/shot/checkpoint.bin";
 const RUN: [&str; 7] = ["run", "shot.json", "--backend", "cpu", "--quiet", "--checkpoint-every", "3"];

@@ -11,8 +11,8 @@ use ripstop::solver::node_update::field as node;
 use ripstop::solver::state::State;
 use ripstop::solver::sweep::{KernelScalar, RowKernels};
 
-use crate::scene::shipped;
 use crate::support::Random;
+use crate::support::shipped;
 
 /// Three plies of S-720 laid at these angles, small enough to be looked at node by node.
 fn pack([a, b, c]: [f64; 3], more: &[&str]) -> Case {

@@ -7,7 +7,7 @@ use ripstop::physics::rigid_body::{MirrorPlanes, RigidBody};
 use ripstop::solver::contact::edge_contact::{EdgeConstraint, EdgeContact, SHARED};
 use ripstop::solver::contact::projectile_contact::{ContactPoint, ContactTotals, resolve};
 
-use crate::scene::builtin;
+use crate::support::builtin;
 
 /// Numbers between −1 and 1.
 struct Numbers(u32);

@@ -12,7 +12,7 @@ use ripstop::run::Run;
 
 use super::commands::program;
 use super::page::Page;
-use crate::scene;
+use crate::support;
 
 /// Two small plies, struck for a few steps.
 fn shot() -> &'static (Case, Run) {
@@ -22,7 +22,7 @@ fn shot() -> &'static (Case, Run) {
             "projectile": {"shape": "sphere", "diameter_mm": 5, "mass_g": 1, "velocity_m_s": 100},
             "solver": {"end_time_us": 2}}"#;
         let case = case::from_str("two-plies", text, &[]).unwrap();
-        let run = scene::run(&case);
+        let run = support::run(&case);
         (case, run)
     })
 }

@@ -18,7 +18,7 @@ use serde_json::{Value, json};
 use tempfile::TempDir;
 
 use super::harness::{Outcome, trial};
-use crate::scene::{builtin, shipped};
+use crate::support::{builtin, shipped};
 
 /// The tests.
 pub(crate) fn tests() -> Vec<Trial> {

@@ -19,7 +19,7 @@ use ripstop::run::device::DeviceSimulation;
 use ripstop::run::{self, Options, Precision, Run, Skips};
 
 use super::harness::{Outcome, trial};
-use crate::scene::{self, builtin, result, run, run_as, shipped};
+use crate::support::{self, builtin, result, run, run_as, shipped};
 
 /// Tests by name.
 type Tests = &'static [(&'static str, fn(&'static Device) -> Outcome)];
@@ -192,7 +192,7 @@ fn finer(sets: &[&str]) -> Case {
 
 /// A small ply and a small pack, one ply turned, that tear.
 fn torn() -> [Case; 2] {
-    [scene::ply(), scene::pack()].map(|mut case| {
+    [support::ply(), support::pack()].map(|mut case| {
         case.solver.contact_sampling = ContactSampling::Edges;
         (case.solver.end_time, case.output.history_interval) = (12e-6, 0.2e-6);
         case.output.profile_times.clear();

@@ -10,7 +10,7 @@ use ripstop::run::Skips;
 use wgpu::naga;
 
 use super::{graded, modules};
-use crate::scene::builtin;
+use crate::support::builtin;
 
 /// Members and size [bytes] of a struct, if the module has it.
 fn members<'a>(module: &'a Module, name: &str) -> Option<(&'a [naga::StructMember], u32)> {
@@ -144,7 +144,7 @@ fn grid_lines_add_up_to_mass_and_extent() {
 #[test]
 fn the_origin_of_a_graded_mesh_is_the_middle_of_its_finest_elements() {
     let model = |sets: &[&str], skips: Skips| {
-        let case = crate::scene::shipped("cases/s720-1ply-155.json", sets);
+        let case = crate::support::shipped("cases/s720-1ply-155.json", sets);
         if skips.symmetry { Model::<f32>::part(&case) } else { Model::<f32>::new(&case) }.unwrap()
     };
     let far = "/projectile/offset_mm=[20.1,-12.3]";

@@ -16,7 +16,7 @@ use ripstop::study::v50::{self, V50Request, middle};
 use ripstop::study::v50_result::V50Result;
 use tempfile::TempDir;
 
-use crate::scene;
+use crate::support;
 
 /// A small ply.
 pub(super) const SMALL: &str = r#"{"title": "small ply", "fabric": {"file": "fabrics/s-720.json"},
@@ -72,7 +72,7 @@ fn a_shot_of_a_batch_is_the_shot_alone_bit_by_bit() {
     for number in [0, 3, 5] {
         let order = shots::order(&shots_request(1), 3, number);
         let alone = order_case(&case, 3, order).unwrap();
-        let run = scene::run(&alone);
+        let run = support::run(&alone);
         let row = &rows[number as usize];
         assert_eq!(row.outcome, Some(run.outcome));
         assert_eq!(row.residual, residual_velocity(&alone, &run));
@@ -277,7 +277,7 @@ fn thresholds_are_where_the_outcome_of_their_realisation_turns() {
     for (realisation, [low, high]) in brackets.iter().enumerate().take(2) {
         let outcome = |velocity: &f64| {
             let order = ShotOrder { shot: realisation as u32, velocity: Some(*velocity) };
-            scene::run(&order_case(&still, 3, order).unwrap()).outcome == Outcome::Perforated
+            support::run(&order_case(&still, 3, order).unwrap()).outcome == Outcome::Perforated
         };
         assert_eq!([low, high].map(outcome), [false, true]);
         assert!(high / low < 1.0101);
@@ -343,7 +343,7 @@ fn a_finer_mesh_corrects_the_limit_by_what_it_moves_single_thresholds() {
     // They are shots of the same realisation with the mesh of the other accuracy.
     let finer = smaller(&[VARIES, "/variability/velocity=null", "/solver/accuracy=converged"]);
     let order = ShotOrder { shot: 0, velocity: Some(velocity(&shots[0])) };
-    let run = scene::run(&order_case(&finer, 3, order).unwrap());
+    let run = support::run(&order_case(&finer, 3, order).unwrap());
     assert_eq!((run.outcome.word(), run.steps.to_string()), (shots[0]["outcome"].as_str(), shots[0]["steps"].clone()));
     // Without them the shots on the mesh of the case are the same.
     let other = TempDir::new().unwrap();

@@ -6,7 +6,7 @@ use ripstop::run::outcome::Outcome;
 use ripstop::study::batch::{ShotOrder, order_case};
 
 use super::{campaign::small, near};
-use crate::scene;
+use crate::support;
 
 const ALL: &str = r#"/variability={"hit": "unit_cell", "velocity": {"scatter_m_s": 3}, "obliquity": {"scatter_deg": 2}, "yaw": {"scatter_deg": 1,
     "distribution": "uniform"}, "modulus": {"scatter": 0.04}, "crimp": {"scatter": 0.1}}"#;
@@ -102,7 +102,7 @@ fn draws_depend_on_seed_and_number_and_on_nothing_else() {
 #[test]
 fn a_nominal_case_runs_as_if_nothing_could_vary() {
     let strength = r#"/variability/yarn_strength={"shape": 8, "gauge_length_mm": 50}"#;
-    let (plain, nominal) = (scene::run(&small(&[])), scene::run(&small(&[ALL, strength])));
+    let (plain, nominal) = (support::run(&small(&[])), support::run(&small(&[ALL, strength])));
     assert_eq!(plain.history, nominal.history);
     assert_eq!((plain.events, plain.planes), (nominal.events, nominal.planes));
 }
@@ -112,7 +112,7 @@ fn weak_yarns_let_pass_what_strong_ones_stop() {
     // Of a piece far longer than an element nearly all elements are stronger than the fabric's failure strain; of a far shorter one weaker.
     let run = |gauge: &str, shot: &str| {
         let strength = format!(r#"/variability/yarn_strength={{"shape": 10, "gauge_length_mm": {gauge}}}"#);
-        scene::run(&small(&[&strength, &format!("/variability/shot={shot}"), "/projectile/velocity_m_s=90"]))
+        support::run(&small(&[&strength, &format!("/variability/shot={shot}"), "/projectile/velocity_m_s=90"]))
     };
     let (strong, weak) = (run("100000", "1"), run("0.02", "1"));
     assert_eq!((strong.outcome, weak.outcome), (Outcome::Stopped, Outcome::Perforated));
@@ -120,8 +120,8 @@ fn weak_yarns_let_pass_what_strong_ones_stop() {
     assert_ne!(weak.events, run("0.02", "2").events);
     // A shape so large that all elements are alike gives back the fabric's own strength, mirror planes or not.
     let even = r#"/variability/yarn_strength={"shape": 1000, "gauge_length_mm": 25}"#;
-    let even = scene::run(&small(&[even, "/variability/shot=1", "/projectile/velocity_m_s=110"]));
-    let plain = scene::run(&small(&["/projectile/velocity_m_s=110"]));
+    let even = support::run(&small(&[even, "/variability/shot=1", "/projectile/velocity_m_s=110"]));
+    let plain = support::run(&small(&["/projectile/velocity_m_s=110"]));
     assert_eq!(even.outcome, plain.outcome);
 }
 
@@ -130,7 +130,7 @@ fn a_yarn_as_woven_is_one_that_breaks_at_a_part_of_its_strain() {
     let run = |key: &str, values: [f64; 2]| {
         let [warp, weft] =
             [("warp", values[0]), ("weft", values[1])].map(|(yarn, value)| format!("/fabric/{yarn}/{key}={value}"));
-        scene::run(&small(&[&warp, &weft, "/projectile/velocity_m_s=110"]))
+        support::run(&small(&[&warp, &weft, "/projectile/velocity_m_s=110"]))
     };
     let (woven, weaker) =
         (run("strength_retention", [0.785, 0.9]), run("failure_strain", [0.035 * 0.785, 0.035 * 0.9]));

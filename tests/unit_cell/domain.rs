@@ -1,8 +1,107 @@
-//! The whole domain Λ1, Λ2 ∈ [0.5, 1.2]: residuals, growth, energy, and heights predicted for the next step.
+//! The whole domain Λ1, Λ2 ∈ [0.5, 1.2]: residuals, growth and energy; and yarns with curves.
 
 use ripstop::physics::coupled_newton::COMPATIBILITY_TOLERANCE;
 
 use super::*;
+
+/// The unit cell's equations by other means than the solver's: the complete elliptic integrals come from the
+/// arithmetic–geometric mean (the solver sums a Gauss–Kummer series), and an answer is judged by putting it back
+/// into (13)–(22) instead of solving again.
+mod oracle {
+    use super::{Cell, CurveLaw, Scalar, Solved};
+
+    /// Sinusoid at end slope k: s = S/(2w), ds/dk, and ∂S/∂(2w) at fixed height.
+    pub(super) struct Sinusoid {
+        pub(super) length: f64,
+        pub(super) slope: f64,
+        pub(super) pull: f64,
+    }
+
+    /// E = K·(1 − Σ) and K = π/(2·AGM) at parameter −k², so s = 2E/π, ds/dk = 2(E − K)/(πk), s − k ds/dk = 2K/π.
+    pub(super) fn sinusoid(k: f64) -> Sinusoid {
+        if k == 0.0 {
+            return Sinusoid { length: 1.0, slope: 0.0, pull: 1.0 };
+        }
+        let (mut a, mut b) = (1.0, k.hypot(1.0));
+        let (mut power, mut sum) = (0.5, -0.5 * k * k);
+        for _ in 0..8 {
+            let c = 0.5 * (a - b);
+            (a, b) = (0.5 * (a + b), (a * b).sqrt());
+            power *= 2.0;
+            sum += power * c * c;
+        }
+        Sinusoid { length: (1.0 - sum) / a, slope: -sum / (a * k), pull: 1.0 / a }
+    }
+
+    /// One yarn at a stretch and a height: strain, contact force over tension, in-plane force over tension.
+    pub(super) struct Yarn {
+        pub(super) strain: f64,
+        pub(super) press: f64,
+        pub(super) pull: f64,
+    }
+
+    pub(super) fn yarn(law: CurveLaw, half_span: f64, crimp: f64, stretch: f64, height: f64) -> Yarn {
+        let w = stretch * half_span;
+        let rest = half_span * (1.0 + crimp);
+        if law == CurveLaw::Kawabata {
+            let leg = w.hypot(height);
+            return Yarn { strain: leg / rest - 1.0, press: 2.0 * height / leg, pull: w / leg };
+        }
+        let k = std::f64::consts::FRAC_PI_2 * height / w;
+        let s = sinusoid(k);
+        let strain = w * s.length / rest - 1.0;
+        let (press, pull) = match law {
+            CurveLaw::Published => (2.0 * k / k.hypot(1.0), 1.0),
+            _ => (std::f64::consts::PI * s.slope, s.pull),
+        };
+        Yarn { strain, press, pull }
+    }
+
+    /// d(F), (21) regularised [m].
+    pub(super) fn compression(a: f64, b: f64, force: f64) -> f64 {
+        if a == 0.0 { 0.0 } else { a - b / (force + (b / a).powi(3)).cbrt() }
+    }
+
+    /// Distance of a double-precision answer from the physical conditions.
+    #[derive(Clone, Copy, Debug, Default)]
+    pub(super) struct Misfit {
+        /// Tensions and in-plane forces, over the yarn's breaking tension.
+        pub(super) tension: f64,
+        /// Contact forces of the two yarns against each other and against the answer, over the softer's breaking tension.
+        pub(super) force: f64,
+        /// Compatibility (22), over the sum of heights.
+        pub(super) height: f64,
+    }
+
+    /// Puts an answer for two living yarns back into (13)–(22).
+    pub(super) fn misfit<R: Scalar>(cell: &Cell<R>, stretch: [f64; 2], got: &Solved) -> Misfit {
+        let exact = &cell.exact;
+        let breaking = cell.breaking();
+        let softer = cell.softer_breaking();
+        let mut out = Misfit::default();
+        let top = exact.height_sum;
+        for i in [0, 1] {
+            let y = &exact.yarn[i];
+            // Without contact there is nothing to hold a yarn off the plane.
+            let height = if top > 0.0 { got.height[i] } else { 0.0 };
+            let ideal = yarn(cell.law, y.half_span, y.crimp, stretch[i], height);
+            let tension = y.stiffness * ideal.strain.max(0.0);
+            let pull = if top > 0.0 { ideal.pull } else { 1.0 };
+            for error in [tension - got.tension[i], pull * tension - got.in_plane[i]] {
+                out.tension = out.tension.max((error / breaking[i]).abs());
+            }
+            if top > 0.0 {
+                out.force = out.force.max(((ideal.press * tension - got.force) / softer).abs());
+            }
+        }
+        if top > 0.0 {
+            let [a, b, _] = exact.compression;
+            let sum = got.height[0] + got.height[1] + compression(a, b, got.force);
+            out.height = (sum / top - 1.0).abs();
+        }
+        out
+    }
+}
 
 fn sound(got: &Solved) -> bool {
     let numbers = [got.tension, got.in_plane, got.strain, got.height, [got.force, got.residual]];
@@ -224,6 +323,91 @@ fn a_closed_strain_path_returns_all_work_for_the_conservative_laws_only() {
         for cell in cells(law).into_iter().step_by(if range.start > 0.0 { 2 } else { 1 }) {
             let lost = loop_work(&cell).abs();
             assert!(range.contains(&lost), "{law:?}: {lost:e}");
+        }
+    }
+}
+
+/// Yarn with a curve of these points of strain and of stress over that of the linear yarn at the last one.
+fn curved(points: &[[f64; 2]], (stiffness, half_span, crimp): YarnNumbers) -> Yarn {
+    let top = stiffness * points.last().unwrap()[0];
+    let curve: Vec<[f64; 2]> = points.iter().map(|[strain, part]| [*strain, part * top]).collect();
+    let slopes = curve.windows(2).map(|ends| (ends[1][1] - ends[0][1]) / (ends[1][0] - ends[0][0]));
+    let modulus = slopes.fold(0.0, f64::max);
+    Yarn { modulus, curve, ..yarn(stiffness, half_span, crimp) }
+}
+
+/// Curves that soften, stiffen and do both.
+const CURVES: [&[[f64; 2]]; 3] = [
+    &[[0.0, 0.0], [0.006, 0.3], [0.015, 0.55], [0.035, 0.8]],
+    &[[0.0, 0.0], [0.004, 0.02], [0.012, 0.15], [0.035, 1.0]],
+    &[[0.0, 0.0], [0.003, 0.2], [0.007, 0.22], [0.011, 0.6], [0.024, 0.7], [0.035, 1.1]],
+];
+
+/// Tensions and contact force by bisection of the warp's height, strains from the elliptic integrals and stresses between points.
+fn by_bisection(cell: &Cell<f64>, curves: [&[[f64; 2]]; 2], stretch: [f64; 2]) -> ([f64; 2], f64) {
+    let exact = &cell.exact;
+    let respond = |i: usize, height: f64| {
+        let y = &exact.yarn[i];
+        let at = oracle::yarn(cell.law, y.half_span, y.crimp, stretch[i], height);
+        let ends =
+            curves[i].windows(2).find(|ends| at.strain <= ends[1][0]).unwrap_or(&curves[i][curves[i].len() - 2..]);
+        let slope = (ends[1][1] - ends[0][1]) / (ends[1][0] - ends[0][0]);
+        let tension = if at.strain > 0.0 { ends[0][1] + slope * (at.strain - ends[0][0]) } else { 0.0 };
+        (tension, tension * at.press)
+    };
+    let [a, b, _] = exact.compression;
+    let other = |height: f64| exact.height_sum - oracle::compression(a, b, respond(0, height).1) - height;
+    let (mut low, mut high) = (0.0, exact.height_sum);
+    for _ in 0..200 {
+        let middle = 0.5 * (low + high);
+        if respond(0, middle).1 > respond(1, other(middle).max(0.0)).1 { high = middle } else { low = middle }
+    }
+    let height = 0.5 * (low + high);
+    let [warp, weft] = [respond(0, height), respond(1, other(height).max(0.0))];
+    ([warp.0, weft.0], warp.1)
+}
+
+#[test]
+fn yarns_with_curves_are_in_equilibrium_as_an_independent_solve_finds_it() {
+    let mut random = Random(7);
+    for (law, compression) in kinds() {
+        let mut worst = Worst::default();
+        for curves in [[0, 0], [0, 1], [1, 2], [2, 2]] {
+            let yarns = [0, 1].map(|i: usize| curved(CURVES[curves[i]], S720[i]));
+            let points = [0, 1].map(|i: usize| yarns[i].curve.clone());
+            let cell = Cell::<f64>::new(&fabric(yarns, law, 0.0, compression));
+            for _ in 0..400 {
+                let stretch = [0, 1].map(|_| random.between(0.985, 1.055));
+                let got = cell.solve_from_rest(stretch);
+                let (tension, force) = by_bisection(&cell, [&points[0], &points[1]], stretch);
+                let breaking = S720_STIFFNESS * FAILURE_STRAIN;
+                assert!(got.converged, "{law:?} {stretch:?}");
+                for error in [got.tension[0] - tension[0], got.tension[1] - tension[1], got.force - force] {
+                    worst.see(error / breaking, || format!("{law:?} {compression:?} {curves:?} {stretch:?}"));
+                }
+            }
+        }
+        worst.assert_at_most(1e-9);
+    }
+}
+
+/// Points of a straight line whose slope has no rounding.
+#[test]
+fn a_straight_curve_is_the_modulus_bit_for_bit() {
+    let straight = &[[0.0, 0.0], [0.125, 0.25], [0.25, 0.5], [0.5, 1.0]];
+    let mut random = Random(8);
+    for (law, compression) in kinds() {
+        let cell = |yarns| Cell::<f64>::new(&fabric(yarns, law, 0.0, compression));
+        let [bent, linear] = [cell(S720.map(|y| curved(straight, y))), cell(S720.map(|(ea, w, c)| yarn(ea, w, c)))];
+        assert_eq!(bent.exact.yarn[0].curve.count, 3);
+        for _ in 0..200 {
+            let stretch = [0, 1].map(|_| random.between(0.985, 1.055));
+            let [bent, linear] = [bent.solve_from_rest(stretch), linear.solve_from_rest(stretch)];
+            assert_eq!(
+                (bent.tension, bent.force, bent.height),
+                (linear.tension, linear.force, linear.height),
+                "{stretch:?}"
+            );
         }
     }
 }

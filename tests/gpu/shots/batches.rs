@@ -15,7 +15,7 @@ use tempfile::TempDir;
 
 use super::endings::edges;
 use super::{Outcome, Tests, run_until};
-use crate::scene::{pack, ply, quarter, result, shipped};
+use crate::support::{pack, ply, quarter, result, shipped};
 
 pub(super) const TESTS: Tests = &[
     ("shots_of_a_batch_are_what_they_are_alone", each_as_alone),

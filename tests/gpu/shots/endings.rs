@@ -13,9 +13,9 @@ use ripstop::run::{self, Observer, Options, Outcome as Fate, Run, RunError, Simu
 use tempfile::TempDir;
 
 use super::{Outcome, Tests, begun, failures_add_up, run_on, run_until, sound};
-use crate::scene::torn;
-use crate::scene::{builtin, pack, ply, result, run};
 use crate::support::Random;
+use crate::support::torn;
+use crate::support::{builtin, pack, ply, result, run};
 
 pub(super) const TESTS: Tests = &[
     ("an_interrupt_ends_with_a_row", interrupted),

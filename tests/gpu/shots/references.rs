@@ -7,7 +7,7 @@ use ripstop::run::ProfilePoint;
 use ripstop::run::Run;
 
 use super::{EDGES, ERRORS, Outcome, Tests, impact, report, run_on, same_until_failure, within};
-use crate::scene::{builtin, checked, run, shipped};
+use crate::support::{builtin, checked, run, shipped};
 
 pub(super) const TESTS: Tests = &[
     ("verification_scenes_follow_the_references", verification),
