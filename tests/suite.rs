@@ -25,4 +25,3 @@ mod support;
 mod symmetry;
 mod unit_cell;
 mod vectors;
-mod verify;

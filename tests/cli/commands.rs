@@ -6,7 +6,7 @@ use ripstop::case::Yarn;
 use ripstop::output::checks::case_warnings;
 
 use super::*;
-use crate::verify::names;
+use crate::objectivity::names;
 
 /// Every projectile or fabric that `new` knows.
 fn known(bench: &Bench, flag: &str) -> Vec<String> {
