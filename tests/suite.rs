@@ -1,7 +1,6 @@
 //! All integration tests, in one binary.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that cannot go on has failed")]
 
-mod backing;
 mod case_files;
 mod checkpoint;
 mod cli;
@@ -12,7 +11,6 @@ mod element;
 mod fixture;
 mod frames;
 mod fuzz;
-mod graded;
 mod objectivity;
 mod outcome;
 mod packs;
@@ -24,4 +22,3 @@ mod study;
 mod support;
 mod symmetry;
 mod unit_cell;
-mod vectors;
