@@ -5,6 +5,7 @@
 //! written then.
 
 use super::*;
+use crate::study::{GONOGO, WU_TIAN};
 
 /// A small ply in which something varies.
 fn varies() -> Value {
@@ -132,12 +133,13 @@ fn bad_input_is_one_error_and_nothing_is_written() {
     }
 }
 
-/// Wu & Tian 2014 and the overview of `gonogo`: V50 10.17033, σ 0.93398, deviance 14.139.
-const PUBLISHED: &str = "shot,velocity_m_s,perforated
-1,5.5,0\n2,16.5,1\n3,11,0\n4,13.8,1\n5,10.1,0\n6,14.7,1\n7,10.4,1\n8,11.7,1\n9,9.7,1\n10,7.3,0\n11,7.8,0\n12,8.1,0
-13,12.2,1\n14,8.5,0\n15,11.8,1\n16,11.7106,1\n17,11.40675,1\n18,11.15419,0\n19,12.46178,1\n20,12.27455,1\n21,12.10918,1
-22,11.96126,1\n23,11.82756,1\n24,11.70565,1\n25,11.59367,1\n26,11.49016,1\n27,11.39395,1\n28,11.3041,1\n29,11.21983,1
-30,11.1405,1\n";
+/// Table of Wu & Tian 2014 and the overview of `gonogo`: V50 10.17033, σ 0.93398, deviance 14.139.
+fn published() -> String {
+    let shots = [WU_TIAN, GONOGO].into_iter().flat_map(str::split_whitespace);
+    let rows = shots.zip(1..).map(|(shot, number)| format!("{number},{}\n", shot.replace('/', ",")));
+    "shot,velocity_m_s,perforated\n".to_owned() + &rows.collect::<String>()
+}
+
 /// No stop was faster than a perforation.
 const APART: &str = "velocity_m_s;perforated;count\n400;0;2\n420;0;1\n440;1;2\n450;1;0\n";
 
@@ -166,7 +168,7 @@ fn near(value: &Value, expected: f64, tolerance: f64) {
 #[test]
 fn a_fit_has_its_agreed_names_and_says_how_it_was_made() {
     let bench = fit_bench(&[
-        ("shots.csv", PUBLISHED),
+        ("shots.csv", &published()),
         ("apart.csv", APART),
         ("stopped.csv", "velocity_m_s,perforated\n400,0\n450,0\n470,0\n"),
     ]);
@@ -258,7 +260,7 @@ fn range_data_is_read_as_it_is_written() {
 
 #[test]
 fn files_are_whole_and_need_nothing_else() {
-    let bench = fit_bench(&[("<b>&.csv", PUBLISHED)]);
+    let bench = fit_bench(&[("<b>&.csv", &published())]);
     let output = fit(&bench, &["<b>&.csv", "-q", "-o", "out/fit"]);
     assert_eq!((code(&output), stdout(&output).as_str()), (0, ""), "{}", stderr(&output));
     assert_eq!(bench.names("out/fit"), ["fit.html", "fit.json"]);
@@ -296,7 +298,7 @@ fn a_bad_table_is_one_error_and_nothing_is_written() {
         }
         refused(&bench, &[&file, "-o", "out"], &format!("{file}|expected: |found: |help: |{named}"));
     }
-    ["shots.csv", "fit.json"].iter().for_each(|name| fs::write(bench.path(name), PUBLISHED).unwrap());
+    ["shots.csv", "fit.json"].iter().for_each(|name| fs::write(bench.path(name), published()).unwrap());
     for (arguments, named) in [
         (&["shots.csv", "--level", "90"][..], "--level|90%"),
         (&["shots.csv", "--unit", "ft/s"], "line 1|velocities in ft/s, as --unit says|\"velocity_m_s\""),
@@ -309,7 +311,7 @@ fn a_bad_table_is_one_error_and_nothing_is_written() {
     ] {
         refused(&bench, arguments, named);
     }
-    assert!(!bench.path("out").exists() && bench.text("fit.json") == PUBLISHED);
+    assert!(!bench.path("out").exists() && bench.text("fit.json") == published());
 }
 
 #[track_caller]

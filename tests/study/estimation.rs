@@ -35,18 +35,6 @@ fn log_likelihood(outcomes: &Outcomes, mu: f64, sigma: f64) -> f64 {
     outcomes.groups().iter().map(term).sum()
 }
 
-/// Estimates held to the condition of a maximum.
-#[test]
-fn an_estimate_is_a_maximum() {
-    let outcomes = outcomes(&format!("{WU_TIAN} {GONOGO}"));
-    let found = fit(&outcomes).unwrap();
-    let likelihood = |mu: f64, sigma: f64| log_likelihood(&outcomes, mu, sigma);
-    let (mu, sigma, h) = (found.mu, found.sigma, 1e-4);
-    near(found.log_likelihood, likelihood(mu, sigma), 1e-12);
-    near((likelihood(mu + h, sigma) - likelihood(mu - h, sigma)) / (2.0 * h), 0.0, 1e-6);
-    near((likelihood(mu, sigma + h) - likelihood(mu, sigma - h)) / (2.0 * h), 0.0, 1e-6);
-}
-
 /// The likelihood times the square root of the information's determinant is largest at the estimate; of two shots that is their middle.
 #[test]
 fn without_overlap_firths_penalty_gives_the_estimate_and_says_so() {
