@@ -343,21 +343,3 @@ pub(super) fn expected(node: &'static Value) -> String {
         _ => "an object of JSON pointers and texts".to_owned(),
     }
 }
-
-#[cfg(test)]
-mod tests {
-    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-    use super::*;
-
-    #[test]
-    fn pointers_are_looked_up() {
-        for (pointer, name) in
-            [("/expect/3/at_us", "at_us"), ("/expect/0", "expect"), ("/pack/layup/12/fabric/warp/crimp", "crimp")]
-        {
-            assert_eq!(lookup(pointer).unwrap().name, name);
-        }
-        for pointer in ["/pack/layup/fabric", "/pack/layup/0/1", "/pack/layup/01", "", "/", "/title/0", "pack"] {
-            assert!(lookup(pointer).is_none(), "{pointer}");
-        }
-    }
-}

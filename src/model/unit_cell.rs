@@ -299,17 +299,4 @@ mod tests {
     fn cell_of(set: &str) -> UnitCellParameters<f64> {
         UnitCellParameters::new(&case::shipped(&[set]).fabric)
     }
-
-    #[test]
-    fn models_share_the_table_of_their_cell_and_no_other() {
-        for set in ["/fabric/warp/crimp=0.02", "/fabric/warp/crimp=0.021", "/fabric/weft/modulus_gpa=90"] {
-            let cell = cell_of(set);
-            let [first, again] = [table_of(&cell), table_of(&cell)];
-            assert!(
-                first.as_ref().zip(again.as_ref()).is_some_and(|(first, again)| Arc::ptr_eq(first, again)),
-                "{set}"
-            );
-            assert_eq!(first.as_deref(), LawEnergy::new(&cell).as_ref(), "{set}");
-        }
-    }
 }

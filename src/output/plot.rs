@@ -262,12 +262,4 @@ mod tests {
         assert!(thin.windows(2).all(|pair| pair[0][0] <= pair[1][0]));
         assert_eq!(thinned(&points[..300], 400), points[..300]);
     }
-
-    #[test]
-    fn what_is_no_number_is_not_drawn_and_words_are_only_words() {
-        let axis = Axis::linear([0.0, 1.0], [0.0, 10.0]);
-        let drawn = line(&axis, &axis, &[[0.0, 0.0], [f64::NAN, 1.0], [1.0, 1.0]], "");
-        assert!(drawn.contains("\"0.0,0.0 10.0,10.0\""), "{drawn}");
-        assert_eq!(escape("</title>\"'&"), "&lt;/title&gt;&quot;&#39;&amp;");
-    }
 }

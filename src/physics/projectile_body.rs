@@ -339,27 +339,6 @@ mod tests {
     }
 
     #[test]
-    fn the_largest_rounding_is_that_of_the_first_side_that_vanishes() {
-        let cone = |length: f64, nose: f64| Shape::Cone { diameter: 6.0, length, nose_length: nose };
-        let flank = 3.0_f64.hypot(4.0);
-        // Half the turn of a flank of 3 to 4 into its wall: its tangent is a third.
-        let largest = [
-            (Shape::Cylinder { diameter: 6.0, length: 9.0 }, 3.0),
-            (Shape::Cylinder { diameter: 6.0, length: 4.0 }, 2.0),
-            // A wall of one loses the radius at its tail and a third of it at the nose.
-            (cone(5.0, 4.0), 1.0 / (1.0 + 1.0 / 3.0)),
-            // The flank loses the radius over the tangent of half its tip.
-            (cone(14.0, 4.0), flank / (4.0 / 3.0 + 1.0 / 3.0)),
-            // The circle in a triangle.
-            (cone(4.0, 4.0), 3.0 * 4.0 / (3.0 + flank)),
-        ];
-        for (shape, largest) in largest {
-            let with = |edge: f64| Body::new(&projectile(shape, edge)).is_some();
-            assert!(with(largest * (1.0 - 1e-9)) && !with(largest * (1.0 + 1e-9)), "{shape:?}: {largest}");
-        }
-    }
-
-    #[test]
     fn a_line_crosses_the_cylinder_through_the_rim_where_it_is_as_far_from_the_axis() {
         let profile = body(Shape::Cylinder { diameter: 6.0, length: 9.0 }, 0.0).profile;
         let mut numbers = Numbers(33);

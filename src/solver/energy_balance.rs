@@ -357,26 +357,4 @@ mod tests {
         (moving.kinetic, moving.momentum) = (8.0, [0.0, 0.0, 13.0]);
         assert_eq!(moving.balance().momentum_error, 3.0 / 90.0_f64.sqrt());
     }
-
-    #[test]
-    fn what_the_law_makes_is_told_apart_from_what_is_gained() {
-        let mut balance = EnergyBalance::default();
-        (balance.stored, balance.hourglass) = (4.0, 0.0);
-        (balance.law_energy, balance.max_load) = (0.25, 0.5);
-        balance.begin(Given { energy: 4.0, ..Given::default() });
-        (balance.stored, balance.hourglass) = (7.0, 0.0);
-        (balance.law_energy, balance.max_load) = (3.25, 0.5);
-        let now = balance.balance();
-        assert_eq!([now.law, now.gained, now.max_load], [3.0, 0.0, 0.5]);
-    }
-
-    #[test]
-    fn momentum_across_a_mirror_plane_is_not_looked_at() {
-        let mut part = EnergyBalance::of_part(MirrorPlanes([true, false]));
-        part.begin(Given { momentum: Vector3::new(0.0, 0.0, 2.0), fabric_mass: 1.0, ..Given::default() });
-        (part.kinetic, part.momentum) = (0.0, [7.0, 0.0, 0.0]);
-        assert_eq!(part.balance().momentum_error, 0.0);
-        (part.kinetic, part.momentum) = (0.0, [7.0, 1.0, 0.0]);
-        assert_eq!(part.balance().momentum_error, 0.5);
-    }
 }

@@ -407,25 +407,6 @@ fn host(read: ReadCase<'_>) -> Result<f64, RunError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::case;
-
-    fn paper(changes: &[String]) -> Result<Case, CaseError> {
-        case::from_str("s720-1ply-155", include_str!("../../cases/s720-1ply-155.json"), changes)
-    }
-
-    #[test]
-    fn every_configuration_has_its_name_and_none_is_the_default_again() -> Result<(), CaseError> {
-        let changes = ["/expect=[]", "/solver/courant=0.8", "/pack/crossovers_per_element=2"].map(str::to_owned);
-        let all = configurations(&paper(&changes)?, true);
-        let names: Vec<&str> = all.iter().map(|one| one.name.as_str()).collect();
-        let expected = "default: f64, Courant 0.8, mesh 2; f32; Courant 0.95; Courant 0.9; Courant 0.5; mesh 1; mesh 4; graded; \
-                        no symmetry; no skip; gpu f32";
-        assert_eq!(names.join("; "), expected);
-        for one in all {
-            paper(&[&changes[..], &one.sets].concat())?;
-        }
-        Ok(())
-    }
 
     /// A history from 0 to `end` [µs] in steps of `step` [µs] with this velocity [m/s].
     fn history(step: f64, end: f64, velocity: impl Fn(f64) -> f64) -> Vec<Sample> {
