@@ -19,16 +19,9 @@ use ripstop::solver::contact::projectile_contact::HELD;
 use ripstop::solver::state::State;
 
 use super::harness::{Outcome, trial};
+use crate::support::Worst;
 use compare::Part;
-use scenes::{Scene, node_places};
-
-/// Largest difference of a line of the table.
-#[derive(Default)]
-struct Worst {
-    /// Over the scale.
-    error: f64,
-    place: String,
-}
+use scenes::Scene;
 
 /// Largest differences seen, by line of the table.
 pub(crate) struct Seen {
@@ -42,12 +35,8 @@ impl Seen {
     fn see(&mut self, kernel: &str, quantity: &str, [got, expected, scale]: [f64; 3], place: impl FnOnce() -> String) {
         let line = TOLERANCES.iter().position(|line| line.kernel == kernel && line.quantity == quantity);
         let line = line.unwrap_or_else(|| panic!("{quantity} of {kernel} is in no table"));
-        let error = if got == expected { 0.0 } else { (got - expected).abs() / scale };
-        let error = if error.is_nan() { f64::INFINITY } else { error };
-        let worst = self.worst.entry(line).or_default();
-        if error > worst.error {
-            (worst.error, worst.place) = (error, format!("{}: {got:e} for {expected:e}", place()));
-        }
+        let error = if got == expected { 0.0 } else { (got - expected) / scale };
+        self.worst.entry(line).or_default().see(error, || format!("{}: {got:e} for {expected:e}", place()));
     }
 
     fn verdict(&self) -> Outcome {
@@ -260,5 +249,5 @@ impl Scales {
 fn farthest(scene: &Scene, state: &State<f32>) -> f64 {
     let first = |ply| scene.model.grid.first_node_row(ply);
     let displacement = |[ply, row, column]: [usize; 3]| Vector3::from(state.displacement(first(ply) + row, column));
-    node_places(&scene.model).map(|place| displacement(place).norm()).fold(0.0, f64::max)
+    scene.model.node_places().map(|place| displacement(place).norm()).fold(0.0, f64::max)
 }

@@ -5,7 +5,6 @@
 //! whatever is left out at rest; a part of a symmetric scene is the whole; no failure is lost.
 //! Red when: a kernel, the energy balance, the order of stages or the host loop of the GPU backend differs from the processor's.
 
-mod batches;
 mod endings;
 mod references;
 
@@ -34,7 +33,7 @@ const TESTS: Tests = &[
 /// The tests.
 pub(crate) fn tests() -> Vec<Trial> {
     let named = |(name, test): &(&str, fn(&'static Device) -> Outcome)| trial(format!("shots::{name}"), *test);
-    references::TESTS.iter().chain(TESTS).chain(batches::TESTS).chain(endings::TESTS).map(named).collect()
+    references::TESTS.iter().chain(TESTS).chain(endings::TESTS).map(named).collect()
 }
 
 fn begun<'a>(device: &'a Device, case: &Case, skips: Skips) -> DeviceSimulation<'a> {

@@ -6,13 +6,12 @@ pub(crate) mod patch;
 
 use std::fs;
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 use std::thread;
 use std::time::{Duration, Instant, SystemTime};
 
 use ripstop::case::{self, Case, Compression, Law};
 use ripstop::output;
-use ripstop::run::{self, Options, Precision, Run, Simulation};
+use ripstop::run::{Options, Precision, Run, Simulation};
 use serde_json::Value;
 
 /// Laws of the solver.
@@ -23,6 +22,25 @@ pub(crate) const CROSSOVERS: [Option<Compression>; 2] = [None, Some(Compression 
 
 /// Failure strain of Kevlar 129 [-].
 pub(crate) const FAILURE_STRAIN: f64 = 0.035;
+
+/// The balances of energy and of momentum close to these errors.
+#[track_caller]
+pub(crate) fn closes(run: &Run, [energy, momentum]: [f64; 2]) {
+    let found = [run.energy_error, run.momentum_error];
+    assert!(found[0] < energy && found[1] < momentum, "errors of energy and momentum: {found:?}");
+}
+
+/// A number is another to this tolerance.
+#[track_caller]
+pub(crate) fn near(got: f64, expected: f64, tolerance: f64) {
+    assert!((got - expected).abs() <= tolerance, "{got} instead of {expected} ± {tolerance}");
+}
+
+/// A number is another to this part of it.
+#[track_caller]
+pub(crate) fn close(got: f64, expected: f64, relative: f64) {
+    near(got, expected, relative * expected.abs());
+}
 
 /// SplitMix64: the same numbers on every machine.
 pub(crate) struct Random(pub(crate) u64);
@@ -48,7 +66,7 @@ impl Random {
 #[derive(Debug, Default)]
 pub(crate) struct Worst {
     pub(crate) error: f64,
-    place: String,
+    pub(crate) place: String,
 }
 
 impl Worst {
@@ -78,6 +96,12 @@ pub(crate) fn shipped(path: &str, sets: &[&str]) -> Case {
     case::read(Path::new(path), &sets).unwrap_or_else(|e| panic!("{e}"))
 }
 
+/// The case of a text, with changes, each `/pointer=value`.
+pub(crate) fn read(name: &str, text: &str, sets: &[&str]) -> Case {
+    let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
+    case::from_str(name, text, &sets).unwrap_or_else(|e| panic!("{e}"))
+}
+
 /// Runs a case in double precision on one thread: tests run beside each other.
 pub(crate) fn run(case: &Case) -> Run {
     run_as(case, Precision::F64, 1)
@@ -86,7 +110,7 @@ pub(crate) fn run(case: &Case) -> Run {
 /// Runs a case.
 pub(crate) fn run_as(case: &Case, precision: Precision, threads: usize) -> Run {
     let options = Options::default().threads(threads).precision(precision);
-    let run = run::run(case, options, &AtomicBool::new(false), &mut ()).unwrap_or_else(|e| panic!("{e}"));
+    let run = options.run(case).unwrap_or_else(|e| panic!("{e}"));
     assert!(run.divergence.is_none(), "{}: {:?}", case.title, run.divergence);
     assert_eq!(run.newton.unconverged, 0, "{}", case.title);
     run
@@ -98,6 +122,13 @@ pub(crate) fn finish(mut simulation: Simulation<f64>, case: &Case) -> Run {
         simulation.advance(case);
     }
     simulation.into_run(1.0)
+}
+
+/// Velocity of the projectile at a time by linear interpolation [m/s].
+pub(crate) fn velocity_at(run: &Run, time: f64) -> f64 {
+    let after = run.history.iter().position(|s| s.time >= time).unwrap_or(run.history.len() - 1);
+    let (a, b) = (&run.history[after - 1], &run.history[after]);
+    a.projectile_velocity + (b.projectile_velocity - a.projectile_velocity) * (time - a.time) / (b.time - a.time)
 }
 
 /// The expectations of a case against its run.

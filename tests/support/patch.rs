@@ -10,24 +10,29 @@ use ripstop::solver::element_totals::{ElementRow, ElementTotals};
 use ripstop::solver::node_update::field as node;
 use ripstop::solver::node_update::{Neighbours, gather};
 use ripstop::solver::state::{State, split, split_mut};
-use serde_json::json;
+use serde_json::{Value, json};
 
 pub(crate) type Vector = [f64; 3];
 
-/// A free patch of a fabric in which warp and weft differ in everything: a swap of the two cannot go unseen.
-pub(crate) fn case(columns: usize, rows: usize) -> Case {
+/// A fabric in which warp and weft differ in everything: a swap of the two cannot go unseen. Yarns are counted per inch, its thickness in mm.
+pub(crate) fn fabric(name: &str, counts: [u32; 2], thickness: f64, areal_density: f64) -> Value {
     let yarn = |denier: u32, modulus: u32, count: u32, crimp: f64| {
         json!({"linear_density_denier": denier, "modulus_gpa": modulus, "failure_strain": 0.035,
             "count_per_inch": count, "crimp": crimp})
     };
+    json!({
+        "name": name, "fibre_density_kg_m3": 1440, "areal_density_g_m2": areal_density, "thickness_mm": thickness,
+        "warp": yarn(1420, 96, counts[0], 0.0218), "weft": yarn(1100, 80, counts[1], 0.0139),
+        "crossover": {"law": "variational", "gap_mm": 0, "compression": {"a_mm": 0.10, "b_mm_n13": 0.10}},
+        "shear": {"g1_mpa": 10, "g2_mpa": 1000, "gamma1": 0.35, "gamma2": 0.6},
+    })
+}
+
+/// A free patch of such a fabric.
+pub(crate) fn case(columns: usize, rows: usize) -> Case {
     let document = json!({
         "title": "patch",
-        "fabric": {
-            "name": "unequal", "fibre_density_kg_m3": 1440, "areal_density_g_m2": 255.2,
-            "warp": yarn(1420, 96, 20, 0.0218), "weft": yarn(1100, 80, 15, 0.0139),
-            "crossover": {"law": "variational", "gap_mm": 0, "compression": {"a_mm": 0.10, "b_mm_n13": 0.10}},
-            "shear": {"thickness_mm": 0.3, "g1_mpa": 10, "g2_mpa": 1000, "gamma1": 0.35, "gamma2": 0.6},
-        },
+        "fabric": fabric("unequal", [20, 15], 0.3, 255.2),
         "pack": {"width_mm": columns as f64 * 25.4 / 20.0, "height_mm": rows as f64 * 25.4 / 15.0, "edges": "free"},
         "solver": {"end_time_us": 10, "hourglass": 0.05, "contact_sampling": "nodes", "shock_viscosity": 0},
     });
@@ -111,30 +116,18 @@ impl<S: Scalar> Patch<S> {
         self.state.elements.set(row, element::ALIVE + yarn, column + 1, S::splat(0.0));
     }
 
-    /// Evaluates every element, with energies, `dt` [s] after the last evaluation; one entry per row of elements. What these positions strain
-    /// too much breaks.
-    pub(crate) fn evaluate_rows(&mut self, dt: f64) -> Vec<ElementTotals> {
+    /// Evaluates every element, with energies, `dt` [s] after the last evaluation, and adds up. What these positions strain too much breaks.
+    pub(crate) fn evaluate(&mut self, dt: f64) -> Sums {
         let mut strained = self.state.clone();
         rows(&self.model, &mut strained, dt);
         solver::failure::evaluate_failure(&self.model, &mut strained, None);
-        for (row, column, yarn) in self.yarns() {
-            let field = element::ALIVE + yarn;
-            self.state.elements.set(row, field, column + 1, strained.elements.get(row, field, column + 1));
+        for [_, row, column] in self.model.element_places() {
+            for field in [element::ALIVE, element::ALIVE + 1] {
+                self.state.elements.set(row, field, column + 1, strained.elements.get(row, field, column + 1));
+            }
         }
-        rows(&self.model, &mut self.state, dt)
-    }
-
-    /// Row, column and direction (0 warp, 1 weft) of the yarns of every element.
-    fn yarns(&self) -> Vec<(usize, usize, usize)> {
-        let grid = self.model.grid;
-        let places = (0..grid.rows).flat_map(|row| (0..grid.columns).map(move |column| (row, column)));
-        places.flat_map(|(row, column)| [(row, column, 0), (row, column, 1)]).collect()
-    }
-
-    /// The same, added up.
-    pub(crate) fn evaluate(&mut self, dt: f64) -> Sums {
         let mut sums = Sums::default();
-        for (row, t) in self.evaluate_rows(dt).into_iter().enumerate() {
+        for (row, t) in rows(&self.model, &mut self.state, dt).into_iter().enumerate() {
             assert_eq!(t.unconverged, 0);
             sums.stored += t.stored;
             sums.hourglass += t.hourglass;

@@ -19,7 +19,7 @@ use ripstop::solver::state::ActiveRegion;
 use ripstop::solver::state::State;
 use ripstop::solver::{Context, FailureEvent, StepTotals};
 
-use super::scenes::{Scene, node_places};
+use super::scenes::Scene;
 use super::{Scales, Seen};
 use crate::gpu::harness::Outcome;
 
@@ -173,7 +173,7 @@ impl<'a> Pair<'a> {
                     *reach = reach.grown(1, &model.ply_type(ply).mesh);
                 }
             }
-            for place in node_places(model).filter(|_| matches!(stage, Stage::Plies | Stage::Projectile)) {
+            for place in model.node_places().filter(|_| matches!(stage, Stage::Plies | Stage::Projectile)) {
                 if bits(model, &before, place) != bits(model, context.state, place) {
                     self.reach[place[0]].activate(place[1], place[2]);
                 }
@@ -221,7 +221,7 @@ impl<'a> Pair<'a> {
     /// Displacement and velocity of every node after a kernel, by their scales.
     fn compare_nodes(&mut self, got: &State<f32>, kernel: &str, scales: [f64; 2]) {
         let (model, expected) = (&self.scene.model, &self.expected);
-        for [ply, in_ply, column] in node_places(model) {
+        for [ply, in_ply, column] in model.node_places() {
             let row = model.grid.first_node_row(ply) + in_ply;
             for field in 0..node::COUNT {
                 let number = |state: &State<f32>| f64::from(state.nodes.get(row, field, column));

@@ -9,8 +9,9 @@ use ripstop::solver::state::ActiveRegion;
 use ripstop::solver::state::State;
 use serde_json::{Value, json};
 
-use super::scenes::{Scene, against_clay, grade, kill, node_places, random_elements, weaken};
+use super::scenes::{Scene, against_clay, grade, kill, random_elements, weaken};
 use crate::support::Random;
+use crate::support::patch::fabric;
 
 /// Largest component of the velocity of a node [m/s].
 const SPEED: f64 = 200.0;
@@ -52,20 +53,6 @@ impl Group {
         }
         group
     }
-}
-
-/// Warp and weft differ in everything.
-fn fabric(name: &str, counts: [u32; 2], thickness: f64, areal_density: f64) -> Value {
-    let yarn = |denier: u32, modulus: u32, count: u32, crimp: f64| {
-        json!({"linear_density_denier": denier, "modulus_gpa": modulus, "failure_strain": 0.035,
-            "count_per_inch": count, "crimp": crimp})
-    };
-    json!({
-        "name": name, "fibre_density_kg_m3": 1440, "areal_density_g_m2": areal_density, "thickness_mm": thickness,
-        "warp": yarn(1420, 96, counts[0], 0.0218), "weft": yarn(1100, 80, counts[1], 0.0139),
-        "crossover": {"law": "variational", "gap_mm": 0, "compression": {"a_mm": 0.10, "b_mm_n13": 0.10}},
-        "shear": {"g1_mpa": 10, "g2_mpa": 1000, "gamma1": 0.35, "gamma2": 0.6},
-    })
 }
 
 /// A pack of the fabric of the patches, sized in its columns and rows, flying at the speed of the scenes.
@@ -287,7 +274,7 @@ fn scatter(model: &Model<f32>, state: &mut State<f32>, random: &mut Random, kind
 
 /// Plies at rest and in touch, but for a few nodes of the first, which move about.
 fn rest(model: &Model<f32>, state: &mut State<f32>, random: &mut Random, [top, bottom, left, right]: [usize; 4]) {
-    for place in node_places(model) {
+    for place in model.node_places() {
         put(model, state, place, &Vector3::zeros(), [0.0; 3]);
     }
     state.active.fill(ActiveRegion::default());

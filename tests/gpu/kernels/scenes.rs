@@ -29,22 +29,10 @@ pub(crate) struct Scene {
     pub(crate) speed: f64,
 }
 
-/// Ply, row in it and column of every node.
-pub(crate) fn node_places(model: &Model<f32>) -> impl Iterator<Item = [usize; 3]> + '_ {
-    (0..model.grid.plies).flat_map(|ply| {
-        let mesh = &model.ply_type(ply).mesh;
-        (0..=mesh.rows).flat_map(move |row| (0..=mesh.columns).map(move |column| [ply, row, column]))
-    })
-}
-
 /// Ply, row of the storage and column of every element.
 pub(super) fn element_places(model: &Model<f32>) -> Vec<[usize; 3]> {
-    let of_ply = |ply: usize| {
-        let mesh = &model.ply_type(ply).mesh;
-        let first = model.grid.first_element_row(ply);
-        (0..mesh.rows).flat_map(move |row| (0..mesh.columns).map(move |column| [ply, first + row, column]))
-    };
-    (0..model.grid.plies).flat_map(of_ply).collect()
+    let stored = |[ply, row, column]: [usize; 3]| [ply, model.grid.first_element_row(ply) + row, column];
+    model.element_places().map(stored).collect()
 }
 
 /// Marks which yarns of an element are alive.
@@ -232,7 +220,7 @@ fn deformed(name: &'static str, mut case: Case, step: u64, seed: u64) -> Scene {
     let mut state = State::new(&case, &model);
     state.step = step;
     let (mut random, speed) = (Random(seed), 30.0);
-    for [ply, row, column] in node_places(&model) {
+    for [ply, row, column] in model.node_places() {
         let ply_type = model.ply_type(ply);
         let (f1, f2, noise) = if model.grid.plies == 1 { UNEVEN } else { DEFORMATIONS[ply % DEFORMATIONS.len()] };
         let uniform = affine(f1, f2, ply_type.mesh.reference(row, column));
@@ -260,7 +248,7 @@ fn deformed(name: &'static str, mut case: Case, step: u64, seed: u64) -> Scene {
 /// Reaches a part of every ply alone. Nodes with an element outside are at rest in their places, and so are elements outside: both backends
 /// compute some of those, too.
 fn rest_outside(model: &Model<f32>, state: &mut State<f32>, part: &ActiveRegion) {
-    for [ply, row, column] in node_places(model) {
+    for [ply, row, column] in model.node_places() {
         let inside = (part.rows.start + 1..part.rows.end).contains(&row)
             && (part.columns.start + 1..part.columns.end).contains(&column);
         let at = model.grid.first_node_row(ply) + row;

@@ -10,9 +10,7 @@ use ripstop::solver::state::ActiveRegion;
 use ripstop::solver::state::State;
 
 use super::packs::{self, Group};
-use super::scenes::{
-    Scene, against_clay, element_places, frame, grade, kill, node_places, random_elements, set_yarns, weaken,
-};
+use super::scenes::{Scene, against_clay, element_places, frame, grade, kill, random_elements, set_yarns, weaken};
 use crate::support::{Random, patch};
 use Kind::{Between, Edges, Held, Resting, Rim, Slit, Weft};
 
@@ -247,7 +245,7 @@ fn place_nodes(
     kinds: &[Kind],
 ) {
     let resting = kinds.contains(&Resting);
-    for [ply, row, column] in node_places(model) {
+    for [ply, row, column] in model.node_places() {
         let mesh = &model.ply_type(ply).mesh;
         let reference = Vector3::from(model.reference(ply, row, column));
         let mut at = reference;

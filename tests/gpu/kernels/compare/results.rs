@@ -10,7 +10,7 @@ use ripstop::solver::FailureEvent;
 use ripstop::solver::element_totals::field as element;
 use ripstop::solver::state::State;
 
-use super::{CONTACT, Outcome, Pair, STEPS, Scales, motion, node_places};
+use super::{CONTACT, Outcome, Pair, STEPS, Scales, motion};
 use crate::gpu::kernels::scenes::element_places;
 
 impl Pair<'_> {
@@ -213,7 +213,7 @@ impl Pair<'_> {
     fn compare_motion(&mut self, sums: &[u32], half_of_body: f64) {
         let (model, state) = (&self.scene.model, &self.expected);
         let (mut kinetic, mut momentum, mut scale, mut square) = (0.0, Vector3::zeros(), 0.0, 0.0_f64);
-        for place in node_places(model) {
+        for place in model.node_places() {
             let (m, v) = motion(model, state, place);
             kinetic += 0.5 * m * v.norm_squared();
             momentum += m * v;
