@@ -14,6 +14,9 @@ use ripstop::case::{self, BuiltInFabric, Case, CaseError, Edge, Field};
 use ripstop::physics::projectile_body::Body;
 use serde_json::{Map, Value, json};
 
+use crate::fuzz::assert_well_formed;
+use crate::support::close;
+
 /// A case that gives every key that a free cylinder and a pack of two kinds of plies can have.
 fn good() -> Value {
     serde_json::from_str(include_str!("case_files/good.json")).unwrap()
@@ -127,29 +130,12 @@ fn pointers(value: &Value) -> Vec<String> {
     found
 }
 
-/// One line for each part of each error, none of them empty.
-#[track_caller]
-fn assert_well_formed(error: &CaseError) {
-    for error in error.all() {
-        for part in [&*error.file, &error.expected, &error.found, error.help.as_deref().unwrap_or("none")] {
-            assert!(!part.trim().is_empty() && !part.contains('\n'), "{error:?}");
-        }
-        assert!(!error.location.contains('\n'), "{error:?}");
-    }
-    assert!(error.to_string().starts_with("error: "), "{error}");
-}
-
 #[track_caller]
 fn refused(result: Result<Case, CaseError>, location: &str, words: &str) {
     let error = result.map(|_| format!("accepted, but {location}: {words}")).unwrap_err();
     assert_well_formed(&error);
     assert_eq!(error.location, location, "{error}");
     assert!(error.to_string().contains(words), "{words:?} is not in\n{error}");
-}
-
-#[track_caller]
-fn close(got: f64, expected: f64, relative: f64) {
-    assert!((got - expected).abs() <= relative * expected.abs(), "{got} is not {expected}");
 }
 
 fn field<'a>(case: &'a Case, pointer: &str) -> &'a Field {
@@ -261,6 +247,10 @@ fn a_body_has_room_for_its_edges() {
     for (line, edge) in [
         // A cone of radius 3 and height 4 holds a ball of radius 3·4/(3 + 5).
         ("cone & /projectile/length_mm=4", 1.5),
+        // A wall of one loses the radius at its tail and a third of it at the nose; the flank loses it over half its tip's tangent.
+        ("cone & /projectile/length_mm=5 & /projectile/nose_length_mm=4", 0.75),
+        ("cone & /projectile/length_mm=14 & /projectile/nose_length_mm=4", 3.0),
+        ("cylinder & /projectile/length_mm=4", 2.0),
         // A ball within the wall, and one between arc and tail.
         ("ogive", 3.0),
         ("ogive & /projectile/length_mm=9", 2.7),

@@ -194,10 +194,7 @@ fn the_last_good_checkpoint_survives_a_full_disk() {
     advance(&mut simulation, &case, 20);
     assert_eq!((writer.write(&simulation, &[], 1.0), kept()), (Ok(()), 20));
     let complaint = writer.write(&Full, &[], 1.0).unwrap_err();
-    assert!(
-        complaint.starts_with("no checkpoint at 30.000 µs: ") && complaint.contains("is still there"),
-        "{complaint}"
-    );
+    assert!(complaint.starts_with("no checkpoint at 30.000 µs: "), "{complaint}");
     // With the case and the lock.
     assert_eq!((kept(), fs::read_dir(place.path()).unwrap().count()), (20, 3));
     // Room again.
@@ -248,9 +245,6 @@ fn every_file_that_is_not_a_whole_checkpoint_is_refused() {
     for bytes in [&b"{\"title\": \"a case, and no checkpoint at all\"}"[..], &[0; 4096]] {
         assert_eq!(refused(bytes), FOREIGN);
     }
-    let words = Checkpoint::open(&path).unwrap_err().to_string();
-    let expected = "expected: a checkpoint of ripstop\n  found: another kind of file\n  help: run the case again";
-    assert_eq!(words, format!("error: {}\n  {expected}", path.display()));
     let absent = Checkpoint::open(&folder.path().join("absent")).unwrap_err();
     assert_eq!(absent.expected, "a checkpoint that can be read");
 }

@@ -109,10 +109,8 @@ fn measured_limits_are_those_of_their_page() {
     // What `v50` says of limits so far holds for every row.
     for (woven, (_, [least, largest])) in OVER_MEASURED.into_iter().enumerate() {
         let ratios: Vec<f64> = rows.iter().filter_map(|row| row.ratio(woven)).collect();
-        assert!(
-            ratios.len() > 5 && ratios.iter().all(|ratio| (least - 0.005..largest + 0.005).contains(ratio)),
-            "{ratios:?}"
-        );
+        let range = least - 0.005..largest + 0.005;
+        assert!(ratios.len() > 5 && ratios.iter().all(|ratio| range.contains(ratio)), "{ratios:?}");
     }
     let row = rows.iter().find(|row| row.name.starts_with("KM2 S-706, 4 plies, 2-grain")).unwrap();
     let case = row.case(AS_WOVEN[0]).unwrap();
@@ -127,7 +125,7 @@ fn shot() -> (Case, Run) {
     let text = r#"{"title": "two plies", "fabric": {"file": "fabrics/s-720.json"}, "pack": {"plies": 2, "width_mm": 20, "height_mm": 20},
         "projectile": {"shape": "sphere", "diameter_mm": 5, "mass_g": 1, "velocity_m_s": 100},
         "solver": {"end_time_us": 2}}"#;
-    let case = case::from_str("two-plies", text, &[]).unwrap();
+    let case = support::read("two-plies", text, &[]);
     let run = support::run(&case);
     (case, run)
 }

@@ -19,6 +19,7 @@ use ripstop::run::frame::{Frame, PlyMesh, Pose, Scene};
 use ripstop::run::{Options, Precision};
 use ripstop::{FrameCollector, case};
 use serde_json::{Value, json};
+use tempfile::TempDir;
 
 /// Prints time, part, points, corners and arrays of every file in the list as JSON.
 const READER: &str = r#"
@@ -51,12 +52,11 @@ fn python() -> String {
 }
 
 fn main() -> ExitCode {
-    let found = Command::new(python()).args(["-c", "import jsonschema, numpy, vtkmodules.vtkIOXML"]).output();
-    let missing = if found.is_ok_and(|output| output.status.success()) {
-        None
-    } else {
-        Some("no Python with vtk and jsonschema")
+    let lacking = |modules: &str, words: &'static str| {
+        let found = Command::new(python()).args(["-c", &format!("import {modules}")]).output();
+        if found.is_ok_and(|output| output.status.success()) { None } else { Some(words) }
     };
+    let missing = lacking("jsonschema, numpy, vtkmodules.vtkIOXML", "no Python with vtk and jsonschema");
     let trial = |name, test| optional(name, missing, "RIPSTOP_REQUIRE_PYTHON", test);
     let mut tests = vec![
         trial("the_schema_takes_cases_and_refuses_others", schema),
@@ -71,9 +71,7 @@ fn main() -> ExitCode {
             read_back(&[&format!("/projectile={{{shape}, {flight}}}"), "/pack/edges=free", "f32"]);
         }),
     ];
-    let found = Command::new(python()).args(["-c", "import matplotlib, pandas, pyvista"]).output();
-    let has_plots = found.is_ok_and(|output| output.status.success());
-    let missing = if has_plots { None } else { Some("no Python with matplotlib, pandas and pyvista") };
+    let missing = lacking("matplotlib, pandas, pyvista", "no Python with matplotlib, pandas and pyvista");
     tests.push(optional("the_scripts_of_examples_run", missing, "RIPSTOP_REQUIRE_PYTHON", examples));
     let folder = tempfile::tempdir().unwrap();
     let is_there = |name: &&&str| chromium(name, folder.path(), &["--version"]).is_some();
@@ -145,26 +143,30 @@ fn schema() {
     assert_eq!(refused, (good..documents.len()).collect::<Vec<_>>());
 }
 
+/// A folder with a case, its fabric, and what the program makes of it.
+fn run_in_a_folder(case: &str, more: &[String]) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("fabrics")).unwrap();
+    fs::write(folder.path().join("fabrics/s-720.json"), include_str!("../cases/fabrics/s-720.json")).unwrap();
+    fs::write(folder.path().join("shot.json"), case).unwrap();
+    let mut program = Command::new(env!("CARGO_BIN_EXE_ripstop"));
+    program.args(["run", "shot.json", "--backend", "cpu", "--quiet", "--out", "."]).args(more);
+    let run = program.current_dir(folder.path()).output().unwrap();
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    folder
+}
+
 /// Writes the frames of a shot with the program, and compares what VTK reads with the frames of the library.
 fn read_back(sets: &[&str]) -> Vec<Frame> {
     let (sets, precision) = match sets {
         [sets @ .., "f32"] => (sets, Precision::F32),
         sets => (sets, Precision::F64),
     };
-    let folder = tempfile::tempdir().unwrap();
     let text = r#"{"title": "shot", "fabric": {"file": "fabrics/s-720.json"}, "pack": {"width_mm": 30, "height_mm": 25},
         "projectile": {"shape": "cylinder", "diameter_mm": 5.5, "length_mm": 20, "mass_g": 3, "velocity_m_s": 600},
         "solver": {"end_time_us": 10, "run_until": "end_time"}, "output": {"frames": 6}}"#;
-    let fabric = include_str!("../cases/fabrics/s-720.json");
-    std::fs::create_dir(folder.path().join("fabrics")).unwrap();
-    std::fs::write(folder.path().join("fabrics/s-720.json"), fabric).unwrap();
-    std::fs::write(folder.path().join("shot.json"), text).unwrap();
-    let mut program = Command::new(env!("CARGO_BIN_EXE_ripstop"));
-    program.args(["run", "shot.json", "--backend", "cpu", "--quiet", "--out", ".", "--precision", precision.name()]);
-    let written =
-        program.args(sets.iter().map(|set| format!("--set={set}"))).current_dir(folder.path()).output().unwrap();
-    assert!(written.status.success(), "{}", String::from_utf8_lossy(&written.stderr));
-
+    let more: Vec<String> = sets.iter().map(|set| format!("--set={set}")).collect();
+    let folder = run_in_a_folder(text, &[&["--precision".to_owned(), precision.name().to_owned()], &more[..]].concat());
     let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
     let case = case::from_str("shot", text, &sets).unwrap();
     let mut collector = FrameCollector::new(&case, 6);
@@ -293,10 +295,8 @@ fn examples() {
     }
     call(&python(), &[&script("collect.py"), "out"], "");
     let table = fs::read_to_string(folder.path().join("out/all.csv")).unwrap();
-    assert!(
-        table.lines().count() == 4 && table.starts_with("velocity_m_s,perforated,residual_velocity_m_s\n"),
-        "{table}"
-    );
+    let heading = table.lines().next().unwrap();
+    assert_eq!((table.lines().count(), heading), (4, "velocity_m_s,perforated,residual_velocity_m_s"));
     assert!(call("ripstop", &["fit", "out/all.csv"], "").contains("3 shots"), "{table}");
     // ParaView is not at hand: that the script is one, and that what it names is there.
     let state = fs::read_to_string(script("paraview_state.py")).unwrap();
@@ -329,19 +329,11 @@ fn chromium(name: &str, folder: &Path, arguments: &[&str]) -> Option<String> {
 }
 
 fn draws() {
-    let folder = tempfile::tempdir().unwrap();
-    let fabric = include_str!("../cases/fabrics/s-720.json");
-    std::fs::create_dir(folder.path().join("fabrics")).unwrap();
-    std::fs::write(folder.path().join("fabrics/s-720.json"), fabric).unwrap();
     let case = json!({
         "title": TITLE, "fabric": {"file": "fabrics/s-720.json"}, "pack": {"width_mm": 30, "height_mm": 30}, "solver": {"end_time_us": 20},
         "projectile": {"shape": "cylinder", "diameter_mm": 5.5, "length_mm": 12, "mass_g": 3, "velocity_m_s": 600},
     });
-    std::fs::write(folder.path().join("shot.json"), case.to_string()).unwrap();
-    let mut run = Command::new(env!("CARGO_BIN_EXE_ripstop"));
-    let run =
-        run.args(["run", "shot.json", "--backend", "cpu", "--out", "."]).current_dir(folder.path()).output().unwrap();
-    assert!(run.status.success(), "{run:?}");
+    let folder = run_in_a_folder(&case.to_string(), &[]);
     let page = format!("file://{}", folder.path().join("report.html").display());
     let profile = folder.path().join("profile");
     let look = |argument: &str| NAMES.iter().find_map(|name| chromium(name, &profile, &[argument, &page])).unwrap();

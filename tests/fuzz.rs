@@ -10,7 +10,7 @@ use std::hash::Hasher as _;
 use std::io::Write as _;
 
 use lz4_flex::frame::FrameEncoder;
-use ripstop::case::{self, Case};
+use ripstop::case::{self, Case, CaseError};
 use ripstop::model::Model;
 use ripstop::output::{Animation, checks::case_warnings};
 use ripstop::run::Simulation;
@@ -32,6 +32,18 @@ fn assert_worded(text: &str) {
     }
 }
 
+/// One line for each part of each error, none of them empty.
+#[track_caller]
+pub(crate) fn assert_well_formed(error: &CaseError) {
+    for error in error.all() {
+        for part in [&*error.file, &error.expected, &error.found, error.help.as_deref().unwrap_or("none")] {
+            assert!(!part.trim().is_empty() && !part.contains('\n'), "{error:?}");
+        }
+        assert!(!error.location.contains('\n'), "{error:?}");
+    }
+    assert_worded(&error.to_string());
+}
+
 /// Case, then a change on every line, then the fabric file `fabrics/own.json`.
 pub(crate) fn case(bytes: &[u8]) {
     let whole = std::str::from_utf8(bytes);
@@ -51,14 +63,7 @@ pub(crate) fn case(bytes: &[u8]) {
     };
     match read {
         Ok(case) => checked(&case),
-        Err(error) => {
-            for error in error.all() {
-                for part in [&*error.file, &error.location, &error.expected, &error.found] {
-                    assert!(!part.contains('\n'), "{error:?}");
-                }
-            }
-            assert_worded(&error.to_string());
-        }
+        Err(error) => assert_well_formed(&error),
     }
 }
 

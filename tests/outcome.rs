@@ -7,21 +7,19 @@
 //! The largest deflection is that of fabric that is held: debris that flies ahead does not count. A flood from the edges over frames finds it.
 //! Red when: a yarn is counted across a cut, an edge holds what it does not touch, or a run ends before its outcome is known.
 
-use std::sync::atomic::AtomicBool;
-
-use ripstop::case::{self, Case};
+use ripstop::case::Case;
 use ripstop::model::Model;
 use ripstop::output;
 use ripstop::physics::rigid_body::RigidBody;
 use ripstop::run::frame::{Frame, PlyMesh};
 use ripstop::run::outcome::{self, Outcome};
-use ripstop::run::{self, Options, Run, Simulation, Skips};
+use ripstop::run::{Options, Run, Simulation, Skips};
 use ripstop::solver::node_update::field as node;
 use ripstop::solver::state::State;
 use ripstop::{BuiltInFabric, Edge, FrameCollector};
 
 use crate::support::torn::{self, SEAM, ring};
-use crate::support::{builtin, finish, run as run_case};
+use crate::support::{builtin, close, finish, read, run as run_case};
 
 /// A ply struck in the middle, whose yarns a test cuts by hand.
 struct Ply {
@@ -255,8 +253,6 @@ fn a_shot_that_stopped_is_carried_on_until_it_flies_back() {
     let summary = output::summary(&case, &separated, 0.0);
     assert_eq!(summary["rebound_velocity_m_s"].as_f64(), Some(rebound));
     assert!(output::summary(&case, &stopped, 0.0)["rebound_velocity_m_s"].is_null());
-    let verdict = output::verdict(&case, &separated);
-    assert!(verdict.detail.contains("flies back at "), "{verdict:?}");
 }
 
 /// A ply of 60 mm or so that nothing holds, struck in the middle.
@@ -290,22 +286,13 @@ fn a_pack_that_nothing_holds_stops_a_shot_at_their_common_velocity() {
         assert_eq!((run.outcome, run.rebound_velocity), (Outcome::Stopped, None), "{place}");
         let [before, after] = [run.history.len() - 2, run.history.len() - 1].map(|at| &run.history[at]);
         let stop = run.stop_time.unwrap();
-        assert!(
-            before.time - 1e-6 < stop && stop <= after.time,
-            "{place}: {stop} in {} to {} s",
-            before.time,
-            after.time
-        );
+        assert!(before.time - 1e-6 < stop && stop <= after.time, "{place}: {stop} s, {before:?} {after:?}");
         let carried = run.carried_velocity.unwrap();
         assert!((carried / common - 1.0).abs() < 0.01, "{place}: {carried} for {common} m/s");
         assert_eq!(after.failed, [0; 2]);
         let summary = output::summary(&case, &run, 0.0);
-        assert_eq!(
-            (summary["carried_velocity_m_s"].as_f64(), summary["residual_velocity_m_s"].as_f64()),
-            (Some(carried), Some(0.0))
-        );
-        let verdict = output::verdict(&case, &run);
-        assert!(verdict.detail.contains("carried along at "), "{verdict:?}");
+        let told = ["carried_velocity_m_s", "residual_velocity_m_s"].map(|key| summary[key].as_f64());
+        assert_eq!(told, [Some(carried), Some(0.0)]);
     }
 }
 
@@ -319,35 +306,10 @@ fn a_projectile_past_a_free_edge_has_passed_without_breaking_a_yarn() {
         assert_eq!((run.outcome, last.failed, last.perforated_plies), (Outcome::Perforated, [0; 2], 0), "{edges}");
         assert!(run.history.iter().any(|row| row.contact_force > 0.0) && last.projectile_velocity < 100.0, "{edges}");
         assert!(last.time < 400e-6, "known at {} s", last.time);
-        let verdict = output::verdict(&case, &run);
-        assert!(verdict.detail.contains("past fabric of which no yarn broke"), "{verdict:?}");
     }
     // What has not met the fabric yet, or never does, has not passed it.
     let case = free_ply(&["/projectile/standoff_mm=8", "/solver/end_time_us=100"]);
     assert_eq!(run_case(&case).outcome, Outcome::Running);
-}
-
-#[test]
-fn the_verdict_says_that_a_bullet_of_lead_is_computed_as_rigid() {
-    let bullet = |shape: &str, density: f64, is_lead: bool| {
-        let body = format!(
-            r#"/projectile={{"shape": "{shape}", "diameter_mm": 9, "length_mm": 15, "density_kg_m3": {density},
-                "velocity_m_s": 60, "standoff_mm": 8}}"#
-        );
-        let case = free_ply(&["/solver/end_time_us=1", &body]);
-        let detail = output::verdict(&case, &run_case(&case)).detail;
-        assert!(detail.contains("struck at 60 m/s"), "{detail}");
-        assert_eq!(
-            detail.contains("m/s by a bullet of lead computed as rigid"),
-            is_lead,
-            "{shape} {density}: {detail}"
-        );
-    };
-    for (density, is_lead) in [(7850.0, false), (9200.0, false), (9400.0, true), (11_900.0, true), (12_100.0, false)] {
-        bullet("ogive", density, is_lead);
-    }
-    bullet("cone", 10_800.0, true);
-    bullet("cylinder", 10_800.0, false);
 }
 
 /// Looks over the end time, both included.
@@ -361,7 +323,7 @@ fn shot(velocity: f64) -> Case {
         "projectile": {{"shape": "cylinder", "diameter_mm": 5.5, "length_mm": 20, "mass_g": 3, "velocity_m_s": {velocity}}},
         "solver": {{"end_time_us": 60, "run_until": "end_time"}}, "output": {{"history_interval_us": 0.01}}}}"#
     );
-    case::from_str("shot", &text, &[]).unwrap_or_else(|error| panic!("{error}"))
+    read("shot", &text, &[])
 }
 
 /// Largest deflection of what a flood from the edges over unbroken yarns reaches, and of elements that it leaves out and that still have a
@@ -409,7 +371,7 @@ fn flooded(frame: &Frame, ply: &PlyMesh) -> (f64, f64) {
 /// A run, the largest deflection that it should have, and the largest of debris [m].
 fn flooded_run(case: &Case, skips: Skips) -> (Run, f64, f64) {
     let mut collector = FrameCollector::new(case, LOOKS);
-    let run = run::run(case, Options::default().skips(skips), &AtomicBool::new(false), &mut collector).unwrap();
+    let run = Options::default().skips(skips).observe(case, &mut collector).unwrap();
     let (frames, ply) = (collector.frames(), &collector.scene().unwrap().plies[0]);
     assert_eq!(frames.len(), LOOKS);
     let looks: Vec<(f64, f64)> = frames.iter().map(|frame| flooded(frame, ply)).collect();
@@ -422,29 +384,19 @@ fn flooded_run(case: &Case, skips: Skips) -> (Run, f64, f64) {
 
 #[test]
 fn debris_does_not_count_and_what_hangs_does() {
-    // At 198 m/s what the projectile pushes out still hangs on a yarn. (At 340 and 350 m/s what is torn folds, and the quarter and the whole
+    // At 60 m/s nothing breaks and every sample counts. At 198 m/s what the projectile pushes out still hangs on a yarn. (At 340 and 350 m/s what is torn folds, and the quarter and the whole
     // differ by 7e-6 and 2e-6.)
-    for (velocity, debris) in [(198.0, false), (260.0, true), (280.0, true), (345.0, true), (420.0, true)] {
+    for (velocity, debris) in
+        [(60.0, false), (198.0, false), (260.0, true), (280.0, true), (345.0, true), (420.0, true)]
+    {
         let case = shot(velocity);
         let (part, expected, loose) = flooded_run(&case, Skips::default());
         let largest = part.deflections[0];
         assert_eq!(largest < 0.97 * loose, debris, "{velocity} m/s: {largest} {loose}");
         let rows = part.history.iter().map(|row| row.deflection).fold(0.0, f64::max);
         assert_eq!(rows, largest, "{velocity} m/s: the history");
-        assert!((largest / expected - 1.0).abs() < 1e-6, "{velocity} m/s: {largest}, expected {expected}");
+        close(largest, expected, 1e-6);
         let (whole, ..) = flooded_run(&case, Skips::NONE);
-        assert!(
-            (largest / whole.deflections[0] - 1.0).abs() < 1e-6,
-            "{velocity} m/s: {largest} {:?}",
-            whole.deflections
-        );
+        close(largest, whole.deflections[0], 1e-6);
     }
-}
-
-#[test]
-fn while_nothing_is_loose_every_sample_counts() {
-    let case = shot(60.0);
-    let (run, ..) = flooded_run(&case, Skips::default());
-    let samples = run.history.iter().map(|row| row.deflection).fold(0.0, f64::max);
-    assert!(run.events.is_empty() && run.deflections == [samples] && samples > 1e-3);
 }

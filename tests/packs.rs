@@ -6,18 +6,16 @@
 //! Red when: an impulse has a wrong sign or is given to one side only, a mass is shared out wrongly, a node forgets its
 //! cell, the active region grows too slowly.
 
-use std::sync::atomic::AtomicBool;
-
-use ripstop::case::{self, Case};
+use ripstop::case::Case;
+use ripstop::model::layup;
 use ripstop::model::mesh::corners;
-use ripstop::model::{Model, layup};
 use ripstop::physics::ply_contact;
 use ripstop::run::{Options, Precision, Run, Simulation, Skips};
 use ripstop::solver::element_totals::field as element;
 use ripstop::solver::state::node_position;
 use serde_json::json;
 
-use crate::support::{builtin, run, run_as};
+use crate::support::{builtin, closes, read, run, run_as, velocity_at};
 
 /// Energy error where the work of moving nodes out of penetrations, counted to first order against the hourglass stiffness, is all
 /// that rounding does not explain: twice the largest seen, 8.9e-8. Without that stiffness the same scenes close to 2e-15.
@@ -31,8 +29,7 @@ fn pack(pack: &str, more: &str, sets: &[&str]) -> Case {
         r#"{{"title": "pack", "fabric": {{"file": "fabrics/s-720.json"}}, "pack": {pack}, {more}
         "solver": {{"end_time_us": 20, "numerics": "paper"}}}}"#
     );
-    let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
-    case::from_str("pack", &text, &sets).unwrap_or_else(|e| panic!("{e}"))
+    read("pack", &text, sets)
 }
 
 /// Free plies half a millimetre apart, the first flying at `velocity` [m/s].
@@ -74,7 +71,7 @@ fn advance(simulation: &mut Simulation<f64>, case: &Case, time: f64) {
 /// The run so far, whose books close.
 fn closed(simulation: Simulation<f64>, energy: f64) -> Run {
     let run = simulation.into_run(1.0);
-    assert!(run.energy_error < energy && run.momentum_error < 1e-12, "{} {}", run.energy_error, run.momentum_error);
+    closes(&run, [energy, 1e-12]);
     run
 }
 
@@ -215,23 +212,6 @@ fn a_stack_under_a_plate_or_a_heavy_ply_moves_as_one() {
 }
 
 #[test]
-fn rollers_hold_only_plies_laid_along_the_axes() {
-    let model = |angle: u32| {
-        let layup = format!(
-            r#"{{"width_mm": 15, "height_mm": 12, "layup": [{{}}, {{"orientation_deg": {angle}, "edges": "roller"}}]}}"#
-        );
-        Model::<f64>::new(&pack(&layup, "", &[])).map(|_| ())
-    };
-    assert!(model(90).is_ok() && model(180).is_ok());
-    assert!(model(30).unwrap_err().to_string().contains("a ply at 30.000000°"));
-}
-
-fn velocity(run: &Run, time: f64) -> f64 {
-    let near = run.history.iter().min_by(|a, b| (a.time - time).abs().total_cmp(&(b.time - time).abs()));
-    near.unwrap().projectile_velocity
-}
-
-#[test]
 fn a_pack_without_spacing_or_friction_is_one_ply_so_many_times_as_heavy_and_stiff() {
     const BALL: &str =
         r#""projectile": {"shape": "sphere", "diameter_mm": 6, "mass_g": 0.9, "velocity_m_s": 60, "friction": 0},"#;
@@ -251,7 +231,7 @@ fn a_pack_without_spacing_or_friction_is_one_ply_so_many_times_as_heavy_and_stif
     );
     assert_eq!(many.history.last().unwrap().failed, [0, 0]);
     for time in [5e-6, 10e-6, 20e-6] {
-        let (a, b) = (velocity(&many, time), velocity(&one, time));
+        let (a, b) = (velocity_at(&many, time), velocity_at(&one, time));
         // Of the velocity lost: 60 − 51 m/s at the end.
         assert!((a - b).abs() < 0.01 * (60.0 - b), "{time}: {a} and {b}");
     }
@@ -350,7 +330,7 @@ fn threads_and_the_wave_front_change_no_bit() {
     };
     let skipped_and_whole = |case: &Case| {
         let options = Options::default().skips(Skips { wavefront: false, ..Skips::default() });
-        let whole = ripstop::run::run(case, options, &AtomicBool::new(false), &mut ()).unwrap();
+        let whole = options.run(case).unwrap();
         let skipped = run(case);
         same(&skipped, &whole);
         assert!(skipped.element_steps_computed < whole.element_steps_computed, "something was skipped");
@@ -386,7 +366,7 @@ fn threads_and_the_wave_front_change_no_bit() {
 fn four_plies_follow_the_prototype_with_the_papers_numerics() {
     let run = run(&builtin("cases/s728-4ply-91.json", &["/expect=[]", "/solver/end_time_us=110"]));
     for (time, expected, allowed) in [(50e-6, 83.6, 0.5), (100e-6, 67.6, 1.0)] {
-        let got = velocity(&run, time);
+        let got = velocity_at(&run, time);
         assert!((got - expected).abs() < allowed, "{time}: {got}");
     }
 }

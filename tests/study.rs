@@ -19,7 +19,7 @@ use ripstop::study::limit::Bounds;
 use ripstop::study::v50::{Rungs, bracket, middle};
 use ripstop::study::v50_result::ThresholdSample;
 
-use crate::support;
+use crate::support::{self, near};
 
 /// Wu & Tian 2014, Table 1: range 0 to 22, σ guessed as 3.
 pub(crate) const WU_TIAN: &str =
@@ -44,11 +44,6 @@ fn outcomes(text: &str) -> Outcomes {
 /// Whether a value lies inside an interval.
 fn holds(bounds: Bounds, value: f64) -> bool {
     bounds.low.is_none_or(|low| low <= value) && bounds.high.is_none_or(|high| value <= high)
-}
-
-#[track_caller]
-fn near(got: f64, expected: f64, tolerance: f64) {
-    assert!((got - expected).abs() <= tolerance, "{got} instead of {expected} ± {tolerance}");
 }
 
 /// Scatter of the thresholds [m/s]; V50 lies evenly between 480 and 520.
@@ -293,10 +288,8 @@ fn draws_depend_on_seed_and_number_and_on_nothing_else() {
     // One thing less that varies leaves the others as they are.
     let less = small(&[ALL, "/variability/yaw=null"]);
     let kept = drawn(&less, 3).drawn;
-    assert!(
-        kept.iter().all(|value| drawn(&nominal, 3).drawn.contains(value))
-            && kept.len() + 1 == drawn(&nominal, 3).drawn.len()
-    );
+    let all = drawn(&nominal, 3).drawn;
+    assert!(kept.iter().all(|value| all.contains(value)) && kept.len() + 1 == all.len());
     // The case as run is that shot again.
     let shot = drawn(&nominal, 3);
     let again = case::from_str("again", &shot.as_run.to_string(), &[]).unwrap();

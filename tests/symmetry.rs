@@ -10,17 +10,15 @@
 //! no image, contact between plies looks across a plane; an element's size misses in its strain, its forces, its hourglass stiffness, its
 //! energy or its nodes' masses.
 
-use std::sync::atomic::AtomicBool;
-
 use ripstop::case::{Case, Opening};
 use ripstop::model::Model;
 use ripstop::model::mesh::Mesh;
 use ripstop::output::{self, csv};
 use ripstop::physics::rigid_body::MirrorPlanes;
-use ripstop::run::{self, Options, Precision, Run, Skips};
+use ripstop::run::{Options, Precision, Run, Skips};
 use serde_json::json;
 
-use crate::support::{builtin, checked, run, shipped};
+use crate::support::{builtin, checked, closes, near, run, shipped};
 
 const PAPER: &str = "cases/s720-1ply-155.json";
 
@@ -89,7 +87,7 @@ const ARCH: &str = "/pack/initial_deflection={\"amplitude_mm\":0.5,\"warp_half_w
 
 fn skipping(case: &Case, skips: Skips, precision: Precision) -> Run {
     let options = Options::default().threads(2).precision(precision).skips(skips);
-    let run = run::run(case, options, &AtomicBool::new(false), &mut ()).unwrap();
+    let run = options.run(case).unwrap();
     assert!(run.divergence.is_none(), "{:?}", run.divergence);
     run
 }
@@ -252,10 +250,7 @@ fn a_converged_mesh_is_finer_far_from_the_hit_too() {
     let converged = "/solver/accuracy=converged";
     for sets in [&[][..], &["/pack/elements_per_crossover=4"], &["/pack/mesh_grading=graded"]] {
         let [default, fine] = [&[][..], &[converged]].map(|more| largest(&[sets, more].concat()));
-        assert!(
-            (5.0..6.01).contains(&default) && (1.5..2.01).contains(&fine),
-            "{sets:?}: {default} and {fine} crossovers"
-        );
+        assert!((5.0..6.01).contains(&default) && (1.5..2.01).contains(&fine), "{sets:?}: {default} {fine}");
     }
     // What a case says itself stays, and the largest elements are never smaller than the finest.
     let said = largest(&[converged, r#"/pack/mesh_grading={"max_crossovers": 4}"#]);
@@ -302,7 +297,7 @@ fn energy_and_momentum_close() {
         let case = large(&[sets, &[GROWN, "/pack/edges=free", "/projectile/velocity_m_s=600"]].concat());
         let run = run(&case);
         assert!(!run.events.is_empty(), "yarns must fail for this to mean anything");
-        assert!(run.energy_error < energy && run.momentum_error < 1e-9, "{} {}", run.energy_error, run.momentum_error);
+        closes(&run, [energy, 1e-9]);
     }
 }
 
@@ -336,10 +331,7 @@ fn elements_are_fine_where_an_oblique_point_slides() {
     const CONE: &[&str] = &["/projectile/shape=cone", "/projectile/nose_length_mm=6"];
     const OBLIQUE: &str = "/projectile/obliquity_deg=40";
     let [across, along] = fine(CONE);
-    assert!(
-        [across, along].as_flattened().iter().all(|at| (at.abs() - 5.5e-3).abs() < ELEMENT),
-        "{across:?}, {along:?}"
-    );
+    [across, along].as_flattened().iter().for_each(|at| near(at.abs(), 5.5e-3, ELEMENT));
     // An eighth of the smaller side, by the tangent of the obliquity: 4.3 mm, of which 3.7 along X and 2.1 along Y.
     let way = 0.125 * 40.64e-3 * 40_f64.to_radians().tan();
     let [x, y] = fine(&[CONE, &[OBLIQUE]].concat());

@@ -16,7 +16,7 @@ use ripstop::physics::crossover;
 use ripstop::physics::unit_cell_parameters::UnitCellParameters;
 use serde_json::Value;
 
-use crate::support::{CROSSOVERS, FAILURE_STRAIN, Random, Worst, shipped};
+use crate::support::{CROSSOVERS, FAILURE_STRAIN, Random, Worst, close, shipped};
 
 /// Calls `$body` with `$law` bound to the kernel type of a [`CurveLaw`].
 macro_rules! with_curve_law {
@@ -181,11 +181,6 @@ fn kinds() -> impl Iterator<Item = (CurveLaw, Option<Compression>)> {
 /// Tension of a yarn that nothing presses [N].
 fn free((stiffness, _, crimp): YarnNumbers, stretch: f64) -> f64 {
     stiffness * (stretch / (1.0 + crimp) - 1.0).max(0.0)
-}
-
-#[track_caller]
-fn close(got: f64, expected: f64, relative: f64) {
-    assert!((got - expected).abs() <= relative * expected.abs(), "{got} is not {expected}");
 }
 
 /// `printed` must be `got` rounded to its last digit.

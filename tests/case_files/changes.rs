@@ -31,18 +31,15 @@ fn changes_are_named_in_title_and_name() {
 
 #[test]
 fn a_title_has_the_velocity_of_its_shot() {
-    let mut document = plain();
-    document["title"] = json!("a ball at 91 m/s, cold");
-    let named = |set: &str| {
-        let mut case = case::from_str("plain.json", &document.to_string(), &[set.to_owned()]).unwrap();
-        case.name_changes(&[set.to_owned()]);
-        case.title
-    };
-    assert_eq!(named("/projectile/velocity_m_s=200.5"), "a ball at 200.5 m/s, cold [velocity_m_s = 200.5]");
-    assert!(named("/pack/friction=0.1").starts_with("a ball at 91 m/s, cold ["));
+    let ball = "a ball at 91 m/s, cold";
+    let case = read(&with("/title", json!(ball))).unwrap();
+    let titled = |set: &str| case.with_sets(&[set.to_owned()]).unwrap().title;
+    assert_eq!(titled("/projectile/velocity_m_s=200.5"), "a ball at 200.5 m/s, cold [velocity_m_s = 200.5]");
+    assert!(titled("/pack/friction=0.1").starts_with("a ball at 91 m/s, cold ["));
     for (title, without) in [("ball at 91 m/s", "ball"), ("look at that m/s", "look at that m/s"), ("ball", "ball")] {
         assert_eq!(case::with_velocity(title, None), without);
     }
+    assert_eq!(case::with_velocity(ball, Some(90.0)), "a ball at 90 m/s, cold");
 }
 
 #[test]
@@ -129,8 +126,7 @@ fn a_case_that_is_built_is_that_of_the_same_text() {
 #[test]
 fn what_is_wrong_is_said_as_of_a_file_without_the_option_of_the_command_line() {
     let error = |builder: ripstop::CaseBuilder| builder.name("mine").build().unwrap_err().to_string();
-    let missing = error(Case::builder("nothing"));
-    assert!(missing.contains("mine: /fabric\n") && missing.contains("mine: /pack\n"), "{missing}");
+    assert!(error(Case::builder("nothing")).contains("mine: /fabric\n"));
     for velocity in [-1.0, f64::NAN, f64::INFINITY] {
         let refused = error(built().velocity_m_s(velocity));
         assert!(refused.starts_with("error: mine: /projectile/velocity_m_s\n  expected: a number"), "{refused}");

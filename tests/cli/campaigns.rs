@@ -6,11 +6,12 @@
 
 use super::*;
 use crate::study::{GONOGO, WU_TIAN};
+use crate::support;
 
 /// A small ply in which something varies.
 fn varies() -> Value {
     json!({
-        "title": "small ply", "fabric": {"file": "fabrics/s-720.json"}, "pack": {"width_mm": 25, "height_mm": 25},
+        "title": "small ply", "fabric": small()["fabric"], "pack": {"width_mm": 25, "height_mm": 25},
         "projectile": {"shape": "sphere", "diameter_mm": 5, "mass_g": 0.5, "velocity_m_s": 70},
         "variability": {"hit": "unit_cell", "modulus": {"scatter": 0.05}}
     })
@@ -20,14 +21,7 @@ fn varies() -> Value {
 fn bench() -> Bench {
     let mut case = varies();
     case["pack"]["elements_per_crossover"] = json!(2);
-    bench_of(&case)
-}
-
-fn bench_of(case: &Value) -> Bench {
-    let bench = Bench::new(case);
-    fs::create_dir(bench.path("fabrics")).unwrap();
-    fs::write(bench.path("fabrics/s-720.json"), case::builtin_fabric("fabrics/s-720.json").unwrap()).unwrap();
-    bench
+    Bench::new(&case)
 }
 
 /// Runs a command line without blanks in its arguments.
@@ -81,7 +75,7 @@ fn a_limit_has_its_agreed_names() {
     let mut case = varies();
     case["pack"] = json!({"width_mm": 7.62, "height_mm": 7.62});
     case["projectile"] = json!({"shape": "sphere", "diameter_mm": 3, "mass_g": 0.05, "velocity_m_s": 120});
-    let bench = bench_of(&case);
+    let bench = Bench::new(&case);
     let line = "v50 shot.json --count 3 --refined 1 --bracket 3% -o limit";
     let text = stdout(&typed(&bench, line));
     assert!(bench.path("limit/v50-refined.csv").exists() && bench.path("limit/v50.html").exists(), "{text}");
@@ -161,8 +155,7 @@ fn fit_json(bench: &Bench, arguments: &[&str]) -> Value {
 
 #[track_caller]
 fn near(value: &Value, expected: f64, tolerance: f64) {
-    let got = value.as_f64().unwrap_or_else(|| panic!("{value} instead of {expected}"));
-    assert!((got - expected).abs() <= tolerance, "{got} instead of {expected}");
+    support::near(value.as_f64().unwrap_or_else(|| panic!("{value} instead of {expected}")), expected, tolerance);
 }
 
 #[test]

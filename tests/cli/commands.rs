@@ -85,7 +85,6 @@ fn a_sheet_is_asked_for_number_by_number_each_with_its_unit() {
         let output = ask(answers);
         assert!(code(&output) == 2 && stderr(&output).contains(&format!("error: {place}\n")), "{}", stderr(&output));
     }
-    assert!(stderr(&ask("Mine\n\n600 den\n\n84 GPa\n")).contains("found: \"\""));
 }
 
 #[test]
@@ -120,10 +119,7 @@ fn check_begins_with_what_a_data_sheet_says() {
 fn info_and_schema_say_what_the_machine_has_and_what_a_case_needs() {
     let bench = Bench::new(&small());
     let machine = stdout(&bench.ripstop(&["info"]));
-    assert!(
-        ["threads", "memory", "backend cpu", "auto chooses"].iter().all(|part| machine.contains(part)),
-        "{machine}"
-    );
+    assert!(["memory", "backend cpu", "auto chooses"].iter().all(|part| machine.contains(part)), "{machine}");
     fs::write(bench.path("without.json"), small_with("/projectile", Value::Null).to_string()).unwrap();
     for (case, part) in [("shot.json", "projectile_contact"), ("without.json", "sweep, yarn_load, energy_balance")] {
         let scene = stdout(&bench.ripstop(&["info", case]));
@@ -185,8 +181,6 @@ fn bench_measures_every_choice() {
     let case = &report["cases"][0];
     let reference = &case["reference"];
     assert_eq!((&reference["courant"], &reference["precision"]), (&json!(0.25), &json!("f64")));
-    let scatter = reference["scatter_percent"].as_f64().unwrap();
-    assert!(0.0 < scatter && scatter < 5.0, "{scatter}");
     let choices = case["choices"].as_array().unwrap();
     let point = |choice: &Value| ["loop_s", "velocity_error_percent"].map(|key| choice[key].as_f64().unwrap());
     for one in choices {

@@ -117,34 +117,6 @@ fn a_point_is_apart_above_a_flat_cell_alone() {
     assert!(!is_apart(&flat(0.04), &above(0.37), 1.0, 0.3, 1.0));
 }
 
-#[test]
-fn what_is_certainly_apart_is_apart() {
-    let mut random = Random(41);
-    let (mut certain, mut apart) = (0, 0);
-    for at in 0..20_000 {
-        let sign = if at % 2 == 0 { 1.0 } else { -1.0 };
-        let corner = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[x, y]| {
-            Vector3::new(x, y, 0.0) + vector(&mut random, 0.04).component_mul(&Vector3::new(2.0, 2.0, 1.0))
-        });
-        let point = Vector3::new(
-            0.5 + 0.6 * random.between(-1.0, 1.0),
-            0.5 + 0.6 * random.between(-1.0, 1.0),
-            sign * (0.35 + 0.1 * random.between(-1.0, 1.0)),
-        );
-        let (touching, area) = (0.3, 1.0 + 0.1 * random.between(-1.0, 1.0));
-        let clearance = Clearance::<f32>::new(0.0, sign, [0.0; 2], touching);
-        let arm = corner.map(|c| [(c.x - point.x) as f32, (c.y - point.y) as f32]);
-        let gap = corner.map(|c| (sign * (point.z - c.z)) as f32);
-        let is = is_apart(&corner, &point, sign, touching, area);
-        if is_certainly_apart(&clearance, &arm, gap, area as f32) {
-            certain += 1;
-            assert!(is, "{corner:?} {point} {sign}");
-        }
-        apart += u32::from(is);
-    }
-    assert!(certain > 3000 && apart > certain && certain > apart * 8 / 10, "{certain} of {apart}");
-}
-
 /// A parallelogram with one corner at `first`.
 fn parallelogram(first: Vector3<f64>, along: Vector3<f64>, across: Vector3<f64>) -> [Vector3<f64>; 4] {
     [first, first + along, first + along + across, first + across]

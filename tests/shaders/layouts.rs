@@ -4,12 +4,12 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use naga::{Module, ScalarKind, TypeInner};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-use ripstop::gpu::layout::{self, Field, StepInfo};
+use ripstop::gpu::layout::{self, Field};
 use ripstop::model::Model;
 use ripstop::run::Skips;
 use wgpu::naga;
 
-use super::{graded, modules};
+use super::modules;
 use crate::support::builtin;
 
 /// Members and size [bytes] of a struct, if the module has it.
@@ -108,36 +108,6 @@ fn lists_have_the_sizes_that_the_host_reckons_with() {
         }
     }
     assert_eq!(checked, 5);
-}
-
-#[test]
-fn velocities_start_half_a_step_early() {
-    let info = StepInfo { index: 7, slot: Some(3), since: 5, dt: 1e-7 };
-    let step = layout::step(&info);
-    assert_eq!((step.index, step.slot, step.since, step.kick, step.span), (7, 3, 5, 1e-7, 1e-7));
-    let first = layout::step(&StepInfo { index: 0, slot: None, ..info });
-    assert_eq!((first.slot, first.kick, first.span), (layout::NONE, 0.5e-7, 0.0));
-}
-
-#[test]
-fn grid_lines_add_up_to_mass_and_extent() {
-    let model = Model::<f32>::part(&graded()).unwrap();
-    let lines = layout::lines(&model);
-    assert!(lines.len().is_multiple_of(layout::LINES_ACROSS));
-    let room = model.grid.columns.max(model.grid.rows) + 2;
-    for (at, ply_type) in model.ply_types.iter().enumerate() {
-        for (axis, elements) in [ply_type.mesh.columns, ply_type.mesh.rows].into_iter().enumerate() {
-            let lines = &lines[(2 * at + axis) * room..];
-            let mass: f64 = lines[..=elements].iter().map(|line| f64::from(line.share)).sum();
-            let widths: f64 = lines[..elements].iter().map(|line| f64::from(line.width)).sum();
-            let length = f64::from(lines[elements].place) - f64::from(lines[0].place);
-            let extent = ply_type.mesh.extent()[axis];
-            assert!((mass / extent - 1.0).abs() < 1e-6 && (widths / extent - 1.0).abs() < 1e-6, "{mass} {widths}");
-            assert!((length / (extent * ply_type.mesh.length[axis]) - 1.0).abs() < 1e-6);
-            assert!(lines[..elements + 2].windows(2).all(|pair| pair[0].place < pair[1].place));
-            assert_eq!(lines[elements - 1].width, lines[elements].width, "what follows is as wide as the last element");
-        }
-    }
 }
 
 /// Coordinates begin at the hit, or at the mirror planes through it, so that lines there keep their digits.

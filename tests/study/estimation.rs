@@ -1,11 +1,12 @@
 //! Maximum likelihood, Firth's penalty, intervals, arithmetic V50, residual velocities, refusals.
 
-use ripstop::num::random::{DrawKey, normal};
+use ripstop::num::random::normal;
 use ripstop::study::binary_response::{self as binary, Estimate, Group, Outcomes, fit, interval};
 use ripstop::study::fit::{VelocityUnit, arithmetic_v50};
 use ripstop::study::limit::{Bounds, Passed, ResidualModel, residual_fit};
 
-use super::{GONOGO, NEYER, WU_TIAN, holds, near, outcomes};
+use super::{GONOGO, NEYER, WU_TIAN, outcomes};
+use crate::support::near;
 
 fn estimate(text: &str) -> Estimate {
     fit(&outcomes(text)).unwrap()
@@ -211,36 +212,6 @@ fn far_from_the_limit_the_interval_is_that_of_a_line() {
 }
 
 #[test]
-fn intervals_hold_the_limit_as_often_as_they_say() {
-    let mut held = [0; 2];
-    let ranges = 400;
-    for range in 0..ranges {
-        let noise = |n: u32| {
-            8.0 * normal::quantile(DrawKey { seed: 3, shot: range, element: n, ..DrawKey::default() }.uniform()[0])
-        };
-        let range = |factor: f64, exponent: f64| -> Vec<Passed> {
-            let shot = |n: u32| {
-                let impact = 300.0 + 15.0 * f64::from(n);
-                let residual = factor * (impact.powf(exponent) - 300_f64.powf(exponent)).powf(1.0 / exponent);
-                Passed { impact, residual: (residual + noise(n)).clamp(0.0, impact), count: 1 }
-            };
-            (1..=10).map(shot).collect()
-        };
-        for (held, (curve, shots)) in held
-            .iter_mut()
-            .zip([(ResidualModel::RechtIpson, range(1.0, 2.0)), (ResidualModel::LambertJonas, range(0.8, 2.2))])
-        {
-            *held += u32::from(holds(residual_fit(curve, &shots, 0.9).unwrap().bounds, 300.0));
-        }
-    }
-    // Four standard errors of a share of 90 % among 400 are 6 %.
-    for held in held {
-        let share = f64::from(held) / f64::from(ranges);
-        assert!((share - 0.9).abs() < 0.06, "{share}");
-    }
-}
-
-#[test]
 fn counts_are_shots_and_too_few_are_refused() {
     let mut shots = exact(0.9, 2.0, 300.0);
     shots[3].residual += 10.0;
@@ -250,13 +221,10 @@ fn counts_are_shots_and_too_few_are_refused() {
     near(a.limit, b.limit, 1e-6);
     near(a.scatter, b.scatter, 1e-9);
     assert_eq!((a.count, b.count), (24, 24));
-    assert_eq!(
-        residual_fit(ResidualModel::LambertJonas, &shots[..3], 0.9),
-        Err("needs 4 different velocities of shots that passed, there are 3".to_owned())
-    );
-    let same = [shots[0]; 5];
-    assert_eq!(
-        residual_fit(ResidualModel::RechtIpson, &same, 0.9),
-        Err("needs 2 different velocities of shots that passed, there are 1".to_owned())
-    );
+    for (model, shots, [least, found]) in
+        [(ResidualModel::LambertJonas, &shots[..3], [4, 3]), (ResidualModel::RechtIpson, &[shots[0]; 5], [2, 1])]
+    {
+        let why = format!("needs {least} different velocities of shots that passed, there are {found}");
+        assert_eq!(residual_fit(model, shots, 0.9), Err(why));
+    }
 }
