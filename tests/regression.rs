@@ -74,15 +74,13 @@ fn flat(place: &str, value: &Value, out: &mut Map<String, Value>) {
     }
 }
 
-fn flattened(value: &Value) -> Map<String, Value> {
-    let mut out = Map::new();
-    flat("", value, &mut out);
-    out
-}
-
 /// Places whose numbers differ by more than `part` of what is allowed, and the numbers.
 fn differences(got: &Value, expected: &Value, part: f64) -> Vec<String> {
-    let (got, expected) = (flattened(got), flattened(expected));
+    let [got, expected] = [got, expected].map(|value| {
+        let mut all = Map::new();
+        flat("", value, &mut all);
+        all
+    });
     let mut found: Vec<String> = expected.keys().filter(|place| !got.contains_key(*place)).cloned().collect();
     for (place, value) in &got {
         let other = expected.get(place).unwrap_or(&Value::Null);

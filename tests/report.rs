@@ -5,7 +5,7 @@
 
 use ripstop::case::Case;
 use ripstop::output;
-use ripstop::output::checks::{Level, checks, warnings};
+use ripstop::output::checks::{ENERGY_LIMIT, Level, checks, warnings};
 use ripstop::output::report::report;
 use ripstop::output::{Animation, Keyframe};
 use ripstop::run::outcome::Outcome;
@@ -57,6 +57,10 @@ impl Shot {
 
     fn page(&self) -> String {
         report(&self.case, &self.run, &output::summary(&self.case, &self.run, 1.0), &self.animation)
+    }
+
+    fn warns(&self, code: &str) -> bool {
+        warnings(&self.case, &checks(&self.case, &self.run)).iter().any(|warning| warning.kind.code == code)
     }
 
     fn level(&self, name: &str) -> Level {
@@ -165,7 +169,7 @@ fn a_run_that_broke_off_says_so_before_anything_else() {
 #[test]
 fn every_level_of_trust_can_be_reached() {
     let set: [Ladder; 8] = [
-        ("work balance", Some("W2"), |s, x| s.run.energy_error = x, [1e-6, 1e-3, 0.14]),
+        ("work balance", None, |s, x| s.run.energy_error = x, [1e-6, 1e-3, 0.14]),
         ("momentum error", None, |s, x| s.run.momentum_error = x, [1e-6, 1e-3, f64::NAN]),
         ("hourglass / internal energy", Some("W3"), |s, x| s.run.hourglass_fraction = x, [0.05, 0.06, 0.14]),
         ("fabric inside the projectile", Some("W4"), |s, x| s.run.max_penetration = x, [0.5e-3, 1.0e-3, 4e-3]),
@@ -199,10 +203,7 @@ fn every_level_of_trust_can_be_reached() {
             // A run that ends has no level in between.
             let level = if name == "end of the run" && level == Level::Look { Level::Fine } else { level };
             assert_eq!(shot.level(name), level, "{name} {value}");
-            let warned = warnings(&shot.case, &checks(&shot.case, &shot.run));
-            let is_warned = warned.iter().any(|warning| Some(warning.kind.code) == code);
-            let from = if name == "work balance" { Level::Bad } else { Level::Look };
-            assert_eq!(is_warned, code.is_some() && level >= from, "{name} {value}");
+            assert!(code.is_none_or(|code| shot.warns(code) == (level != Level::Fine)), "{name} {value}");
         }
         // The report and the terminal's line of trust say the same.
         assert_eq!(output::summary(&shot.case, &shot.run, 1.0)["trust"]["advice"], "do not use", "{name}");
@@ -225,7 +226,12 @@ fn every_level_of_trust_can_be_reached() {
     assert_eq!(place(&[ball]), Level::Fine);
     for (gained, level) in [(0.009, Level::Fine), (-0.02, Level::Look), (0.2, Level::Bad), (f64::NAN, Level::Bad)] {
         shot.run.energy_gained = gained;
-        assert_eq!(shot.level("energy gained"), level, "{gained}");
+        assert_eq!((shot.level("energy gained"), shot.warns("W2")), (level, level != Level::Fine), "{gained}");
+    }
+    shot.run.energy_gained = 0.0;
+    for (error, is_warned) in [(ENERGY_LIMIT, false), (1.001 * ENERGY_LIMIT, true), (f64::NAN, true)] {
+        shot.run.energy_error = error;
+        assert_eq!(shot.warns("W2"), is_warned, "{error}");
     }
 }
 

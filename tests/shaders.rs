@@ -23,7 +23,7 @@ use ripstop::physics::{
 use ripstop::solver::contact::{edge_contact, projectile_contact};
 use ripstop::solver::element_force;
 use serde::Serialize;
-use serde_json::json;
+use serde_json::{Value, json};
 use wgpu::naga;
 
 use crate::support::{SOLVER_LAWS, builtin, patch};
@@ -193,15 +193,14 @@ fn numbers(module: &Module, at: naga::Handle<naga::Expression>) -> Vec<f64> {
 
 /// Numbers of the host that a constant must have, as single precision has them.
 fn single(value: impl Serialize) -> Vec<f64> {
-    let value = json!(value);
-    let all = value.as_array().map_or(std::slice::from_ref(&value), Vec::as_slice);
-    all.iter()
-        .map(
-            |number| {
-                if number.is_u64() { number.as_f64().unwrap() } else { f64::from(number.as_f64().unwrap() as f32) }
-            },
-        )
-        .collect()
+    let number = |number: &Value| match number.as_f64().unwrap() {
+        whole if number.is_u64() => whole,
+        real => f64::from(real as f32),
+    };
+    match json!(value) {
+        Value::Array(all) => all.iter().map(number).collect(),
+        one => vec![number(&one)],
+    }
 }
 
 /// Names and values of constants that shaders and host share, by the module that has them.

@@ -12,8 +12,8 @@ use ripstop::physics::ply_contact::*;
 use ripstop::physics::rigid_body::Cut;
 use ripstop::solver::contact::ply_search::{FoundContacts, PlySearch, ROWS, SearchPart};
 use ripstop::solver::node_update::field as node;
-use ripstop::solver::sweep::{KernelScalar, RowKernels};
 use ripstop::solver::state::State;
+use ripstop::solver::sweep::{KernelScalar, RowKernels};
 
 use crate::support::{Random, shipped};
 
