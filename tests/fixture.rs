@@ -8,7 +8,7 @@
 //! surface, in a crater that is there, or beyond its pressure; its energy or impulse is in no sum.
 
 use ripstop::Sample;
-use ripstop::case::{Case, Opening, Shape};
+use ripstop::case::{self, Case, Opening, Shape};
 use ripstop::model::Model;
 use ripstop::output::checks::{Level, checks};
 use ripstop::output::expect::frequency;
