@@ -2,11 +2,13 @@
 //   in      nodes  array<f32>            read by what it shares with others
 //   in      cells  array<u32>            elements, see `cells`
 //   in/out  tiles  array<u32>  (T, 14)   bits of largest tension and load, in the first tile of a ply
+//   in      status  array<u32>           counters
 // Twin: src/solver/failure.rs
 
 @group(1) @binding(0) var<storage, read> nodes: array<f32>;
 @group(1) @binding(1) var<storage, read> cells: array<u32>;
 @group(1) @binding(2) var<storage, read_write> tiles: array<atomic<u32>>;
+@group(1) @binding(3) var<storage, read_write> status: array<atomic<u32>>;
 
 /// Strains of this step.
 fn strain_slot() -> u32 { return slot_now(); }
@@ -29,7 +31,7 @@ fn yarn_strain(ply: u32, place: vec2<u32>, which: u32) -> f32 {
 fn yarn_load(id: Invocation) {
     shot = shots[id.group.z];
     let number = invocation_number(id);
-    if (number >= scene.shot_elements) { return; }
+    if (number >= scene.shot_elements || step.index > atomicLoad(&status[counter(BAD_STEP)])) { return; }
     let element = first_element() + number;
     let ply = element_ply(element);
     let place = element_place(element);

@@ -108,9 +108,33 @@ pub mod gpu;
 #[doc(hidden)]
 pub mod model;
 #[doc(hidden)]
-pub mod num;
+pub mod num {
+    //! Numbers: what the kernels are generic over, several at once, sums in fixed order; random numbers, distributions, solids.
+
+    pub mod random;
+    pub mod scalar;
+    pub mod simd;
+    pub(crate) mod solid;
+}
 #[doc(hidden)]
-pub mod physics;
+pub mod physics {
+    //! Point physics: what a yarn, a crossover, an element or a point of contact does, without a mesh.
+    //!
+    //! Generic over [`Real`](crate::num::scalar::Real), of numbers and constants alone: no files, threads or devices. A file has the name of its
+    //! twin in `shaders/`.
+
+    pub mod coupled_newton;
+    pub mod crossover;
+    pub mod kinematics;
+    pub mod membrane;
+    pub mod ply_contact;
+    pub mod projectile_body;
+    pub mod projectile_shape;
+    pub mod rigid_body;
+    pub mod unit_cell_parameters;
+    pub mod viscous_force;
+    pub mod yarn_law;
+}
 #[doc(hidden)]
 pub mod solver;
 #[cfg(feature = "cli")]

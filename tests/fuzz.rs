@@ -2,7 +2,7 @@
 //!
 //! The programs in `fuzz/` feed these functions with bytes of a fuzzer, the suite with inputs that fuzzers began with or found something by.
 //! Promise: any case, changes of it, fabric file or checkpoint is taken or refused in words.
-//! Red when: one of the inputs under `tests/fuzz/corpora`, or one of a few changes of it, panics or runs on for ever.
+//! Red when: one of the inputs at the end, or one of a few changes of it, panics or runs on for ever.
 //! Cannot see: what no input has led to. `fuzz/` looks for that; the book says how.
 
 use std::fs;
@@ -117,40 +117,40 @@ fn sealed(contents: &[u8]) -> Vec<u8> {
 
 #[cfg(test)]
 mod replay {
-    use std::fs;
-    use std::path::Path;
-
     use crate::support::Random;
 
-    /// Feeds a target with its corpus, and with changes of each input, the same on every machine.
-    fn replay(target: &str, run: fn(&[u8]), changes: usize) {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fuzz/corpora").join(target);
-        let mut paths: Vec<_> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
-        paths.sort();
-        assert!(!paths.is_empty(), "{target}");
+    const SMALL: &str = r#"{"title": "small", "fabric": {"file": "fabrics/s-720.json"},
+        "pack": {"width_mm": 12.7, "height_mm": 12.7, "edges": "clamped"}, "solver": {"end_time_us": 5},
+        "projectile": {"shape": "sphere", "diameter_mm": 6, "mass_g": 1, "velocity_m_s": 50}}"#;
+    const SETS: &str = r#"/projectile/velocity_m_s=200
+/pack/edges={"left": "free"}
+/pack/layup=[{}, {"orientation_deg": 45}]
+/pack/layup/1/plies=2
+/fabric/warp/crimp=0.03
+/solver/symmetry=none"#;
+    const FABRIC: &str = include_str!("../cases/fabrics/s-720.json");
+
+    /// Feeds a target with inputs, and with changes of each, the same on every machine.
+    fn replay(inputs: &[Vec<u8>], run: fn(&[u8]), changes: usize) {
         let mut random = Random(0x5eed);
-        for path in paths {
-            let bytes = fs::read(&path).unwrap();
-            run(&bytes);
+        for bytes in inputs {
+            run(bytes);
             for _ in 0..changes {
-                let changed = altered(&bytes, &mut random);
-                let _shown = Shown { path: &path, bytes: &changed };
+                let changed = altered(bytes, &mut random);
+                let _shown = Shown(&changed);
                 run(&changed);
             }
         }
     }
 
     /// Input that is printed where it makes a target panic.
-    struct Shown<'a> {
-        path: &'a Path,
-        bytes: &'a [u8],
-    }
+    struct Shown<'a>(&'a [u8]);
 
     impl Drop for Shown<'_> {
         #[allow(clippy::print_stderr, reason = "a panic without its input cannot be repeated")]
         fn drop(&mut self) {
             if std::thread::panicking() {
-                eprintln!("from {}: {:?}", self.path.display(), self.bytes);
+                eprintln!("{:?}", self.0);
             }
         }
     }
@@ -175,11 +175,16 @@ mod replay {
 
     #[test]
     fn cases_are_read_or_refused() {
-        replay("case", super::case, 20);
+        let own = SMALL.replace("s-720", "own");
+        let with_fabric = [&own, "/solver/end_time_us=3", FABRIC].join(super::CUT);
+        let inputs =
+            [with_fabric.into_bytes(), [SMALL, SETS].join(super::CUT).into_bytes(), b"{\"title\": \"\xff\"}".to_vec()];
+        replay(&inputs, super::case, 20);
     }
 
     #[test]
     fn checkpoints_are_resumed_or_refused() {
-        replay("checkpoint", super::checkpoint, 5);
+        // A file of format 9, whose contents are none.
+        replay(&[b"\x02ripstop\x1a\x09\0\0\0\x04\0\0\0abcd12345678".to_vec()], super::checkpoint, 5);
     }
 }

@@ -16,7 +16,6 @@ mod outcome;
 mod packs;
 mod regression;
 mod report;
-mod rooms;
 mod shaders;
 mod study;
 mod support;

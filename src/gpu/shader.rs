@@ -101,13 +101,13 @@ pub const KERNELS: [Kernel; 7] = kernels! {
     // Forces of the elements, and motion of the nodes.
     Sweep "sweep" Tiles
         ["element_force", "node_update", "kinematics", "membrane", "viscous_force", "failure", "crossover", "coupled_newton",
-         "yarn_law", "cells", "sums", "supports", "projectile_shape", "rigid_body", "active_region"]
+         "yarn_law", "cells", "sums", "supports", "projectile_shape", "rigid_body"]
         (VARIATIONAL PIVOT TERMS COMPRESSION CURVE SHEAR VISCOUS RATE STRENGTH EDGES GRADED FRAME BACKING TILE_ROWS)
         {Nodes Write, Cells Write, Tiles Write, Status Write, Events Write, Supports Write, Body Read,
          Candidates Write};
     // Contacts between plies, and their number at each node.
     Plies "ply_search" Nodes
-        ["ply_contact", "cells", "active_region"]
+        ["ply_contact", "cells"]
         (GRADED)
         {Nodes Read, Cells Read, Over Write, Contacts Write, Shares Write, Status Write};
     // Impulses of the contacts between plies.
@@ -117,13 +117,13 @@ pub const KERNELS: [Kernel; 7] = kernels! {
         {Nodes Read, Over Read, Contacts Read, Shares Read, Impulses Write, ContactWork Write, Status Write};
     // Impulses of contact between plies, applied to the nodes.
     Plies "ply_move" Nodes
-        ["ply_contact", "kinematics", "cells", "supports", "active_region"]
+        ["ply_contact", "kinematics", "cells", "supports"]
         (VISCOUS GRADED FRAME BACKING)
         {Nodes Write, Cells Read, Shares Write, Impulses Write, ContactWork Write, Supports Write, Status Write};
     // Contact of the projectile where it may touch, and its motion.
     Projectile "projectile_contact" Shot
         ["projectile_points", "edge_contact", "projectile_motion", "contact_candidates", "cells", "projectile_shape",
-         "rigid_body", "active_region"]
+         "rigid_body"]
         (EDGES GRADED WIDTH)
         {Nodes Write, Cells Read, Status Write, Body Write, Candidates Write, Points Write, Over Read, Touches Write,
          Members Write, Matrix Write};
@@ -131,7 +131,7 @@ pub const KERNELS: [Kernel; 7] = kernels! {
     EnergyBalance "yarn_load" Elements
         ["failure", "yarn_law", "cells", "sums"]
         (CURVE STRENGTH GRADED TILE_ROWS)
-        {Nodes Read, Cells Read, Tiles Write};
+        {Nodes Read, Cells Read, Tiles Write, Status Write};
     // Sums of energy, momentum and counts.
     EnergyBalance "energy_balance" Balance
         ["cells", "sums", "projectile_shape", "rigid_body"]

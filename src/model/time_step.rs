@@ -9,7 +9,7 @@
 //! with |b|² = |q|²/(3 Λ²): a twelfth where the edges differ from the centre by half of the stretch. A Courant number of 0.9 leaves a fifth.
 
 use crate::case::{CaseError, Edge, Edges, InitialDeflection, Pack};
-use crate::num::bisect;
+use crate::num::scalar::bisect;
 use crate::physics::crossover::{self, Equilibrium};
 use crate::physics::kinematics::ElementConstants;
 use crate::physics::membrane::{LONGEST_LEVER, largest_tangent};

@@ -13,8 +13,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use rayon::prelude::*;
 
 use crate::case::{Fabric, Law};
-use crate::num::bisect;
-use crate::num::scalar::{Real, Scalar};
+use crate::num::scalar::{Real, Scalar, bisect};
 use crate::physics::crossover::{self, Equilibrium, cell_energy};
 use crate::physics::unit_cell_parameters::UnitCellParameters;
 use crate::physics::yarn_law::{LawKernel, SHORTEST, Sinusoidal, StretchResponse, YarnConstants, YarnResponse};

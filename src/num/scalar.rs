@@ -323,6 +323,15 @@ impl OrderedSum {
     }
 }
 
+/// A range after so many halvings, around the number up to which `is_low` holds.
+pub(crate) fn bisect([mut low, mut high]: [f64; 2], halvings: u32, is_low: impl Fn(f64) -> bool) -> [f64; 2] {
+    for _ in 0..halvings {
+        let middle = 0.5 * (low + high);
+        if is_low(middle) { low = middle } else { high = middle }
+    }
+    [low, high]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -3,7 +3,7 @@
 //!
 //! Across an element the gradient along its yarns runs from F1 − q1 at one edge to F1 + q1 at the other. The stretch is the root of the
 //! mean of its square, Λ1² = |F1|² + |q1|²/3. At its centre alone an element is shorter than its yarns wherever a kink runs across it, as
-//! at the rim of a projectile and at the front of the transverse wave: then limits are lower and converge slowly (docs/decisions/05).
+//! at the rim of a projectile and at the front of the transverse wave: then limits are lower and converge slowly (docs/decisions/07).
 
 use crate::num::scalar::{Real, Scalar, each};
 use crate::physics::membrane::ShearConstants;

@@ -1,8 +1,7 @@
 //! Constants of the unit cell, from the fabric and for each number type: (12), (14), (15).
 
 use crate::case::Fabric;
-use crate::num::bisect;
-use crate::num::scalar::{Real, Scalar, each, is_double};
+use crate::num::scalar::{Real, Scalar, bisect, each, is_double};
 use crate::physics::yarn_law::{Curve, LawKernel, MAX_TERMS, YarnConstants, arc_length, terms_for};
 
 /// Stands for the failure strain of a yarn that does not break.
