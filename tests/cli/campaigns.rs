@@ -91,6 +91,17 @@ fn a_limit_has_its_agreed_names() {
 }
 
 #[test]
+fn a_limit_that_is_not_found_is_an_error_with_what_to_do() {
+    let mut case = varies();
+    case.as_object_mut().unwrap().remove("variability");
+    let output = typed(&Bench::new(&case), "v50 shot.json --set /solver/end_time_us=0.2 -o out");
+    let error = stderr(&output);
+    assert_eq!(code(&output), 1, "{error}");
+    assert!(error.contains("no ballistic limit") && error.contains("raise /solver/end_time_us"), "{error}");
+    assert!(stdout(&output).contains("no ballistic limit") && stdout(&output).contains("v50.csv"));
+}
+
+#[test]
 fn a_sweep_prints_and_writes_its_points() {
     let bench = bench();
     let output =
@@ -249,6 +260,20 @@ fn range_data_is_read_as_it_is_written() {
     near(&own["value"], (411.0 + 415.0 + 421.5 + 428.0) / 4.0 / 0.3048, 1e-6);
     let text = stdout(&fit(&bench, &["feet.csv"]));
     assert!(text.contains("V50 1373 ft/s") && !text.contains(" m/s"), "{text}");
+}
+
+#[test]
+fn residual_velocities_and_the_rules_of_standards_are_in_the_results() {
+    let exact = |velocity: f64| format!("{velocity},1,{}\n", (velocity * velocity - 300.0 * 300.0).sqrt());
+    let passed: String = [305.0, 310.0, 320.0, 340.0, 380.0].map(exact).concat();
+    let text = format!("velocity_m_s,perforated,residual_velocity_m_s\n280,0,0\n295,0,\n299,0,\n306,0,\n{passed}");
+    let bench = fit_bench(&[("shots.csv", &text)]);
+    let found = fit_json(&bench, &["shots.csv"]);
+    for (curve, name) in found["residual"].as_array().unwrap().iter().zip(["Recht-Ipson", "Lambert-Jonas"]) {
+        assert_eq!(curve["curve"], name);
+        near(&curve["limit"], 300.0, 1e-3);
+    }
+    assert_eq!(found["arithmetic"][2]["refused"], "perforations: 5, stops: 4");
 }
 
 #[test]

@@ -1,11 +1,11 @@
 //! Maximum likelihood, Firth's penalty, intervals, arithmetic V50, residual velocities, refusals.
 
-use ripstop::num::random::normal;
+use ripstop::num::random::{DrawKey, normal};
 use ripstop::study::binary_response::{self as binary, Estimate, Group, Outcomes, fit, interval};
 use ripstop::study::fit::{VelocityUnit, arithmetic_v50};
 use ripstop::study::limit::{Bounds, Passed, ResidualModel, residual_fit};
 
-use super::{GONOGO, NEYER, WU_TIAN, outcomes};
+use super::{GONOGO, NEYER, WU_TIAN, holds, outcomes};
 use crate::support::near;
 
 fn estimate(text: &str) -> Estimate {
@@ -209,6 +209,24 @@ fn far_from_the_limit_the_interval_is_that_of_a_line() {
     near(found.scatter, (sum / 4.0).sqrt(), 1e-6);
     let half = 2.1318 * found.scatter / squares.sqrt();
     near(found.bounds.high.unwrap() - found.bounds.low.unwrap(), 2.0 * half, 0.02 * half);
+}
+
+#[test]
+fn intervals_of_lambert_and_jonas_hold_the_limit_as_often_as_they_say() {
+    let ranges = 400;
+    let is_held = |range: &u32| {
+        let shot = |n: u32| {
+            let drawn = DrawKey { seed: 3, shot: *range, element: n, ..DrawKey::default() }.uniform()[0];
+            let impact = 300.0 + 15.0 * f64::from(n);
+            let residual = 0.8 * (impact.powf(2.2) - 300_f64.powf(2.2)).powf(1.0 / 2.2);
+            Passed { impact, residual: (residual + 8.0 * normal::quantile(drawn)).clamp(0.0, impact), count: 1 }
+        };
+        let shots: Vec<Passed> = (1..=10).map(shot).collect();
+        holds(residual_fit(ResidualModel::LambertJonas, &shots, 0.9).unwrap().bounds, 300.0)
+    };
+    // Four standard errors of a share of 90 % among 400 are 6 %.
+    let share = (0..ranges).filter(is_held).count() as f64 / f64::from(ranges);
+    assert!((share - 0.9).abs() < 0.06, "{share}");
 }
 
 #[test]
