@@ -1,7 +1,7 @@
 // scene: constants of a run, the step at hand, the shot of a batch that a workgroup computes, what that has of its own, and where its part of
 // storage begins. Fields of nodes and elements hold those of all shots, one shot after another: number of a node and of an element say which
 // shot they are of. All else a shot has is in one piece.
-// Twin: src/gpu/layout/uniforms.rs and `status` of src/gpu/layout/mod.rs
+// Twin: src/gpu/layout/scene.rs and `status` of src/gpu/layout/mod.rs
 
 // What only the device rounds or counts.
 /// Rounding of relative velocities, over the largest speed of the body.
@@ -198,7 +198,7 @@ const NONE: u32 = 0xffffffffu;
 @group(0) @binding(0) var<uniform> scene: Scene;
 @group(0) @binding(1) var<uniform> step: Step;
 @group(0) @binding(2) var<uniform> plies: array<Ply, 64>;
-/// See `Line`. A texture: kernels already bind the eight storage buffers that every device has.
+/// See `Line`. A texture: a kernel already binds the ten storage buffers that a device is asked for.
 @group(0) @binding(3) var grid_lines: texture_2d<f32>;
 
 /// Place of an invocation in a dispatch, which may spread over two dimensions; the third counts shots.

@@ -246,7 +246,7 @@ fn expected() -> BTreeMap<&'static str, Vec<f64>> {
         ("BODY_SUMS", single(offset_of!(layout::Body, impulse) / 16)),
         ("BODY_NOSE", single(offset_of!(layout::Body, nose_coarse) / 16)),
         ("LANES", single(64_usize)),
-        ("SHARES", single(0_usize)), // as `frame` of src/gpu/layout/uniforms.rs writes them
+        ("SHARES", single(0_usize)), // as `frame` of src/gpu/layout/scene.rs writes them
         ("PRESENCE", single(1_usize)),
         ("NO_PLY", single(layout::NONE)),
         ("LAW_COUNT", single(unit_cell::PLACES)),

@@ -313,7 +313,7 @@ pub(crate) fn warnings(warnings: &[Warning]) -> String {
     format!("{}`ripstop explain {}` says what it means and what to do\n", TextTable::pairs(rows), first.kind.code)
 }
 
-/// What to do with the result, and why, a line for each reason.
+/// Advice on the use of the result, with its reasons, a line each.
 fn advice(checks: &[Check]) -> String {
     let (level, why) = checks::advice(checks);
     let why: Vec<String> = why.iter().map(|check| format!("{}: {}", check.name, check.reason)).collect();

@@ -272,7 +272,7 @@ const EMPTY: u32 = 2000;
 /// Times that each is measured; the best counts.
 const TRIALS: usize = 5;
 
-/// What no kernel of a device can beat.
+/// Times and rate that no kernel of a device can beat.
 #[derive(Clone, Copy, Debug)]
 pub struct Floors {
     /// Bytes read and written by a kernel that copies [B/s].

@@ -122,7 +122,7 @@ pub const KERNELS: [Kernel; 7] = kernels! {
         {Nodes Write, Cells Read, Shares Write, Impulses Write, ContactWork Write, Supports Write, Status Write};
     // Contact of the projectile where it may touch, and its motion.
     Projectile "projectile_contact" Shot
-        ["projectile_points", "edge_contact", "projectile_motion", "contact_candidates", "cells", "projectile_shape",
+        ["projectile_points", "edge_contact", "projectile_motion", "broad_phase", "cells", "projectile_shape",
          "rigid_body"]
         (EDGES GRADED WIDTH)
         {Nodes Write, Cells Read, Status Write, Body Write, Candidates Write, Points Write, Over Read, Touches Write,

@@ -296,7 +296,7 @@ fn part(buffer: &wgpu::Buffer, size: u64) -> wgpu::BindingResource<'_> {
     wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer, offset: 0, size: wgpu::BufferSize::new(size) })
 }
 
-/// Texture of the grid lines: kernels already bind the eight storage buffers that every device has.
+/// Texture of the grid lines: a kernel already binds the ten storage buffers that a device is asked for.
 fn grid_lines(device: &Device, lines: &[Line]) -> wgpu::TextureView {
     let across = lines.len().min(LINES_ACROSS);
     let (width, height) = ((LINE_TEXELS * across) as u32, (lines.len() / across) as u32);

@@ -2,13 +2,13 @@
 //!
 //! A struct here has the name, the fields and the offsets of a struct in the shaders, which documents the fields. A test compares both.
 
-mod uniforms;
+mod scene;
 
 use bytemuck::{Pod, Zeroable};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use crate::physics::rigid_body::RigidBody;
-pub use uniforms::*;
+pub use scene::*;
 
 /// Field of a struct that the shaders have too.
 #[derive(Clone, Copy, Debug)]

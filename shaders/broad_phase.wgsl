@@ -1,4 +1,4 @@
-// contact_candidates: nodes that may meet the projectile, their contact before it acts, and what may have moved after it. Needs `nodes`,
+// broad_phase: nodes that may meet the projectile, their contact before it acts, and what may have moved after it. Needs `nodes`,
 // `cells`, `status`, `body`, `candidates`, `points` and `over`.
 // Twin: src/solver/contact/broad_phase.rs
 
