@@ -183,16 +183,7 @@ impl<'a> Sweep<'a> {
         for numbers in numbers.chunks(TOGETHER) {
             match &self.request.of {
                 SweepOf::Shots(of) => self.shots(of, numbers, &mut points)?,
-                SweepOf::V50(of) => {
-                    for number in numbers {
-                        let (case, folder, options) = self.batch(*number, v50::FILES)?;
-                        let found = v50::run(case, of, &options, &folder)?;
-                        let numbers = found.json(case, of, options.seed);
-                        let cells = self.request.of.columns().iter().map(|column| numbers[*column].clone());
-                        points
-                            .push(self.point(*number, cells.chain([json!(found.reason().map_or("", String::as_str))])));
-                    }
-                }
+                SweepOf::V50(of) => self.limits(of, numbers, &mut points)?,
             }
         }
         Ok(SweepResult { points })
@@ -230,6 +221,19 @@ impl<'a> Sweep<'a> {
         })?;
         for (number, (batch, folder)) in numbers.iter().zip(begun) {
             points.push(self.point(*number, shots_cells(&shots::end(batch, of, &folder)?.rows)));
+        }
+        Ok(())
+    }
+
+    /// Finds the limit of each point, and adds the cells of each.
+    fn limits(&self, of: &V50Request, numbers: &[usize], points: &mut Vec<Vec<Value>>) -> Result<(), BatchError> {
+        for number in numbers {
+            let (case, folder, options) = self.batch(*number, v50::FILES)?;
+            let found = v50::run(case, of, &options, &folder)?;
+            let result = found.json(case, of, options.seed);
+            let cells = self.request.of.columns().iter().map(|column| result[*column].clone());
+            let reason = json!(found.reason().map_or("", String::as_str));
+            points.push(self.point(*number, cells.chain([reason])));
         }
         Ok(())
     }
