@@ -6,7 +6,7 @@
 //   in/out  contact_work  array<f32>  (5, N)   see `energy_balance`
 //   in/out  supports  array<f32>  (3, N)   impulse of the supports since the last sample [N·s]
 //   in/out  status    array<u32>           counters
-// Twin: src/solver/contact/ply_impulse.rs
+// Twin: src/solver/contact/ply_move.rs
 
 @group(1) @binding(0) var<storage, read_write> nodes: array<f32>;
 @group(1) @binding(1) var<storage, read> cells: array<u32>;

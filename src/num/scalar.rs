@@ -281,6 +281,29 @@ macro_rules! scalar {
 scalar!(f64, F64s, Pair<F64s<V>>, Pair::of, 32, F64_THIRD, F64_BIAS);
 scalar!(f32, F32s, F32s<V>, std::convert::identity, 16, F32_THIRD, F32_BIAS);
 
+/// Numbers in a register at most.
+pub(crate) const WIDEST: usize = 16;
+
+/// Numbers from one on in double precision.
+#[inline(always)]
+pub(crate) fn widen<D: Real<Scalar = f64>, S: Scalar>(d: D, numbers: &[S], at: usize) -> D {
+    let mut wide = [0.0; WIDEST];
+    for (wide, number) in wide[..D::LANES].iter_mut().zip(&numbers[at..at + D::LANES]) {
+        *wide = number.to_f64();
+    }
+    d.load(&wide, 0)
+}
+
+/// Writes the lanes in another precision, from one number on.
+#[inline(always)]
+pub(crate) fn narrow<D: Real<Scalar = f64>, S: Scalar>(d: D, numbers: &mut [S], at: usize) {
+    let mut wide = [0.0; WIDEST];
+    d.store(&mut wide, 0);
+    for (number, wide) in numbers[at..at + D::LANES].iter_mut().zip(&wide[..D::LANES]) {
+        *number = S::splat(*wide);
+    }
+}
+
 /// Whether numbers are of double precision.
 #[inline(always)]
 pub(crate) const fn is_double<R: Real>() -> bool {

@@ -8,9 +8,10 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::model::Model;
-use crate::model::mesh::Grid;
+use crate::model::mesh::{Grid, Mesh};
 use crate::num::scalar::Scalar;
 use crate::physics::rigid_body::{MirrorPlanes, RigidBody};
+use crate::solver::contact::ply_move::PlyMoveTotals;
 use crate::solver::contact::projectile_contact::ContactTotals;
 use crate::solver::element_totals::ElementTotals;
 use crate::solver::node_update::NodeTotals;
@@ -227,6 +228,21 @@ impl EnergyBalance {
             ply.kinetic += change;
         }
         add(&mut self.momentum, (now - free) * *mass);
+    }
+
+    /// Takes what contact with other plies did to the nodes of a ply; `friction` of its contacts [J].
+    pub(crate) fn add_ply_contact(&mut self, ply: usize, mesh: &Mesh, moved: &PlyMoveTotals, friction: f64) {
+        self.contact += moved.loss - friction;
+        self.friction += friction;
+        self.separation += moved.correction_work;
+        self.work += moved.correction_work;
+        self.half_step += moved.half_step;
+        self.kinetic += moved.kinetic;
+        if let Some(ply) = self.plies.get_mut(ply) {
+            ply.kinetic += moved.kinetic;
+        }
+        add(&mut self.momentum, mesh.to_pack(moved.momentum));
+        add(&mut self.support, mesh.to_pack(moved.support).map(|support| -support));
     }
 
     /// Takes the projectile of a sampling step, after contact.

@@ -14,6 +14,7 @@ pub mod contact {
     pub mod broad_phase;
     pub mod edge_contact;
     pub(crate) mod ply_impulse;
+    pub(crate) mod ply_move;
     pub mod ply_search;
     pub mod projectile_contact;
     pub mod projectile_points;

@@ -20,6 +20,7 @@ use crate::num::simd::Vectors;
 use crate::physics::kinematics::ElementConstants;
 use crate::solver::Context;
 use crate::solver::contact::broad_phase::broad_phase;
+use crate::solver::contact::ply_move::{PlyMoveTotals, PushedRow, ply_move};
 use crate::solver::contact::ply_search::SearchPart;
 use crate::solver::element_force::element_force;
 use crate::solver::element_totals::{ElementRow, ElementTotals, field as element};
@@ -273,13 +274,16 @@ pub trait RowKernels<S: Scalar>: Send + Sync {
 
     /// Candidates of a part of a search; see `broad_phase`.
     fn broad_phase(&self, part: &mut SearchPart<'_, S>);
+
+    /// Impulses of contacts between plies on a row of nodes; see `ply_move`.
+    fn ply_move(&self, row: &PushedRow<'_, S>, node: &mut [&mut [S]; field::COUNT], totals: &mut PlyMoveTotals);
 }
 
-/// The kernels of a ply type: on numbers like `R`, in the broad phase on numbers like `P` and, in double precision, `D`.
+/// The kernels of a ply type: on numbers like `R`, in contact between plies on numbers like `P` and, in double precision, `D`.
 struct Compiled<R: Real, P, D> {
     constants: ElementConstants<R>,
     shear: bool,
-    broad: (P, D),
+    contact: (P, D),
 }
 
 impl<R, P, D> RowKernels<R::Scalar> for Compiled<R, P, D>
@@ -300,7 +304,16 @@ where
     }
 
     fn broad_phase(&self, part: &mut SearchPart<'_, R::Scalar>) {
-        broad_phase(self.broad, part);
+        broad_phase(self.contact, part);
+    }
+
+    fn ply_move(
+        &self,
+        row: &PushedRow<'_, R::Scalar>,
+        node: &mut [&mut [R::Scalar]; field::COUNT],
+        totals: &mut PlyMoveTotals,
+    ) {
+        ply_move(self.contact, row, node, totals);
     }
 }
 
@@ -338,7 +351,7 @@ macro_rules! kernel_scalar {
 kernel_scalar!(f64);
 kernel_scalar!(f32);
 
-fn compiled<R, P, D>(ply_type: &PlyType<R::Scalar>, n: R, broad: (P, D)) -> Box<dyn RowKernels<R::Scalar>>
+fn compiled<R, P, D>(ply_type: &PlyType<R::Scalar>, n: R, contact: (P, D)) -> Box<dyn RowKernels<R::Scalar>>
 where
     R: Real + Send + Sync + 'static,
     P: Real<Scalar = R::Scalar> + Send + Sync + 'static,
@@ -346,7 +359,7 @@ where
 {
     let (constants, spread) = (ply_type.constants::<R::Scalar>(), |x| n.broadcast(x));
     let constants = constants.map(constants.cell.map(spread), spread);
-    Box::new(Compiled { constants, shear: ply_type.has_shear, broad })
+    Box::new(Compiled { constants, shear: ply_type.has_shear, contact })
 }
 
 /// Does the work on this thread, while others that are awake stay so: one for each further band of a ply.

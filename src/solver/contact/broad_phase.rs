@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use crate::model::Model;
 use crate::model::layup::PENETRATING;
 use crate::model::mesh::Mesh;
-use crate::num::scalar::{Mask, Real, Scalar, each};
+use crate::num::scalar::{Mask, Real, Scalar, each, widen};
 use crate::physics::ply_contact::{Clearance, Planes, SLOP, is_certainly_apart, stands_clear};
 use crate::physics::rigid_body::RigidBody;
 use crate::solver::contact::ply_search::{PlySearch, ROWS, SearchPart};
@@ -169,9 +169,6 @@ fn clear<D: Real<Scalar = f64>, S: Scalar>(
     stands_clear(&[low[0], low[1], high[1], high[0]], &point, bounds, area, planes)
 }
 
-/// Double numbers in a register at most.
-const WIDEST: usize = 8;
-
 /// Places of the nodes of a line, from one on, in the axes in which it is displaced [m]. `place`: along it at rest; `y`, `z`: across it.
 #[inline(always)]
 fn places<D: Real<Scalar = f64>, S: Scalar>(
@@ -182,13 +179,7 @@ fn places<D: Real<Scalar = f64>, S: Scalar>(
     [y, z]: [f64; 2],
 ) -> [D; 3] {
     let reference = [d.load(place, at), d.splat_like(y), d.splat_like(z)];
-    each!(a in 3 => {
-        let mut wide = [0.0; WIDEST];
-        for (wide, number) in wide[..D::LANES].iter_mut().zip(&displacement[a][at..at + D::LANES]) {
-            *wide = number.to_f64();
-        }
-        reference[a] + d.load(&wide, 0)
-    })
+    each!(a in 3 => reference[a] + widen(d, displacement[a], at))
 }
 
 /// Room for the nodes of a column within a part, and for the longest register from the last of them on.

@@ -4,20 +4,22 @@
 //! back most nodes, which touch nothing and stay where they are. What closes faster than its gap allows becomes a contact; each
 //! node's mass is shared out among its contacts; then all impulses are found at once and added up ply by ply, in fixed order.
 
+use std::ops::Range;
+
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use crate::model::Model;
 use crate::model::layup::{SIDES, neighbour};
-use crate::model::mesh::corners;
+use crate::model::ply_type::PlyType;
 use crate::num::scalar::Scalar;
 use crate::physics::ply_contact;
 use crate::solver::Context;
-use crate::solver::contact::ply_search::{FoundContacts, PlyContactPoint, PlySearch, PlyView, ROWS, SearchPart};
+use crate::solver::contact::ply_move::{Drag, PlyMoveTotals, PushedRow};
+use crate::solver::contact::ply_search::{FoundContacts, PlyContactPoint, PlySearch, ROWS, SearchPart};
 use crate::solver::element_totals::field as element;
-use crate::solver::energy_balance::{NodeCorrection, add};
-use crate::solver::node_update::{field as node, gather, neighbours};
-use crate::solver::state::{ActiveRegion, Rows, State};
+use crate::solver::node_update::{field as node, neighbours};
+use crate::solver::state::{ActiveRegion, Rows, State, split, split_mut};
 use crate::solver::sweep::RowKernels;
 
 /// Contacts of a ply: against the ply in front, and against that behind, in parts of [`ROWS`] rows.
@@ -25,6 +27,8 @@ type Contacts = [Vec<FoundContacts>; SIDES];
 
 /// Contact between the plies of a pack.
 pub(crate) struct PlyContact {
+    /// Inertia of the nodes of each ply type; by number, see [`PlySearch::across`].
+    inertia: Vec<Vec<NodeInertia>>,
     /// Contacts of each ply.
     contacts: Vec<Contacts>,
     /// Impulses of each ply.
@@ -35,10 +39,20 @@ pub(crate) struct PlyContact {
 
 impl PlyContact {
     pub(crate) fn new<S: Scalar>(model: &Model<S>) -> Self {
-        let [nodes, rows] = if model.plies.len() > 1 { [model.nodes_per_ply(), model.grid.rows + 1] } else { [0; 2] };
+        let plies = if model.plies.len() > 1 { model.plies.len() } else { 0 };
+        let [rows, across] = [model.grid.rows + 1, model.grid.columns + 1];
+        let inertia = |ply_type: &PlyType<S>| {
+            let mut all = vec![NodeInertia::default(); rows * across];
+            ply_type.nodes().for_each(|(r, c)| all[r * across + c] = NodeInertia::new(ply_type, r, c));
+            all
+        };
         let contacts = [(); SIDES].map(|()| vec![FoundContacts::default(); rows.div_ceil(ROWS)]);
-        let plies = model.plies.len();
-        Self { contacts: vec![contacts; plies], accumulators: vec![ImpulseAccumulator::new(nodes); plies], travel: 0.0 }
+        Self {
+            inertia: if plies > 0 { model.ply_types.iter().map(inertia).collect() } else { Vec::new() },
+            contacts: vec![contacts; plies],
+            accumulators: vec![ImpulseAccumulator::new(rows, across); plies],
+            travel: 0.0,
+        }
     }
 
     /// Finds and applies the impulses of a step.
@@ -56,8 +70,8 @@ impl PlyContact {
             return;
         }
         self.share(model);
-        self.solve(context);
-        self.apply(context, nothing);
+        self.solve(model);
+        self.apply(context, kernels, nothing);
         self.collect(context);
     }
 
@@ -89,24 +103,34 @@ impl PlyContact {
     /// Shares each node's mass out among its contacts, in the whole scene: a node on a mirror plane has the images of those
     /// that come from one side of it.
     fn share<S: Scalar>(&mut self, model: &Model<S>) {
-        let across = model.grid.columns + 1;
-        let contacts = &self.contacts;
+        let (contacts, inertia) = (&self.contacts, &self.inertia);
         self.accumulators.par_iter_mut().enumerate().for_each(|(ply, accumulator)| {
-            let mesh = &model.ply_type(ply).mesh;
-            for ((row, column), weight, p) in parts(contacts, ply).filter(|(_, weight, _)| *weight != 0.0) {
-                accumulator.share(row * across + column, weight.abs() * p.part / mesh.part_of(row, column));
+            let inertia = &inertia[model.plies[ply].ply_type];
+            for p in own(contacts, ply) {
+                accumulator.share(p.node as usize, 1.0);
+            }
+            for p in others(contacts, ply) {
+                for (at, weight) in accumulator.corners(p).into_iter().zip(p.weights) {
+                    if weight != 0.0 {
+                        accumulator.share(at, weight * p.part / inertia[at].part);
+                    }
+                }
             }
         });
     }
 
     /// The impulse of every contact, each on its own.
-    fn solve<S: Scalar>(&mut self, context: &Context<'_, S>) {
-        let (model, state) = (context.model, &*context.state);
-        let accumulators = &self.accumulators;
+    fn solve<S: Scalar>(&mut self, model: &Model<S>) {
+        let (accumulators, inertia) = (&self.accumulators, &self.inertia);
+        let asked = |ply: usize| Asked {
+            ply_type: model.ply_type(ply),
+            inertia: &inertia[model.plies[ply].ply_type],
+            accumulator: &accumulators[ply],
+        };
         self.contacts.par_iter_mut().enumerate().for_each(|(ply, sides)| {
             for (side, found) in sides.iter_mut().enumerate() {
                 if let Some(other) = neighbour(ply, side, accumulators.len()) {
-                    let pair = [ply, other].map(|ply| (PlyView::new(model, state, ply), &accumulators[ply]));
+                    let pair = [ply, other].map(asked);
                     found.iter_mut().for_each(|found| solve(model, &pair, found));
                 }
             }
@@ -114,17 +138,22 @@ impl PlyContact {
     }
 
     /// Gives the nodes their impulses, ply by ply.
-    fn apply<S: Scalar>(&mut self, context: &mut Context<'_, S>, nothing: &[S]) {
+    fn apply<S: Scalar>(&mut self, context: &mut Context<'_, S>, kernels: &dyn RowKernels<S>, nothing: &[S]) {
         let (kick, model) = (context.kick(), context.model);
-        let across = model.grid.columns + 1;
         let State { nodes, elements, .. } = &mut *context.state;
+        let applier =
+            ImpulseApplier { model, elements, nothing, stride: [nodes.stride, nodes.row_length()], kernels, kick };
         let length = nodes.row_length() * (model.grid.rows + 1);
-        let applier = ImpulseApplier { model, elements, nothing, stride: [nodes.stride, nodes.row_length()], kick };
         let contacts = &self.contacts;
         let plies = self.accumulators.par_iter_mut().zip(nodes.data.par_chunks_mut(length)).enumerate();
         plies.for_each(|(ply, (accumulator, nodes))| {
-            for ((row, column), weight, p) in parts(contacts, ply) {
-                accumulator.add(row * across + column, p, weight);
+            for p in own(contacts, ply) {
+                accumulator.add(p.node as usize, p, 1.0);
+            }
+            for p in others(contacts, ply) {
+                for (at, weight) in accumulator.corners(p).into_iter().zip(p.weights) {
+                    accumulator.add(at, p, -weight);
+                }
             }
             applier.apply(ply, accumulator, nodes);
         });
@@ -132,110 +161,152 @@ impl PlyContact {
 
     /// Takes note of what contact did, ply after ply.
     fn collect<S: Scalar>(&mut self, context: &mut Context<'_, S>) {
-        for (ply, (contacts, accumulator)) in self.contacts.iter().zip(&mut self.accumulators).enumerate() {
-            let (effect, balance) = (&mut accumulator.effect, &mut *context.balance);
+        for (ply, (contacts, accumulator)) in self.contacts.iter().zip(&self.accumulators).enumerate() {
             let friction: f64 = contacts.iter().flatten().map(|found| found.friction).sum();
             for found in contacts.iter().flatten() {
                 context.totals.ply_contacts += found.points.len() as u64;
                 context.totals.ply_penetration = context.totals.ply_penetration.max(found.penetration);
             }
-            balance.contact += effect.loss - friction;
-            balance.separation += effect.correction_work;
-            balance.work += effect.correction_work;
-            balance.friction += friction;
-            add(&mut balance.support, effect.support.map(|support| -support));
-            effect.corrections.drain(..).for_each(|correction| balance.correct_node(ply, &correction));
-            context.state.active[ply] = context.state.active[ply].union(&effect.reach);
+            let mesh = &context.model.ply_type(ply).mesh;
+            context.balance.add_ply_contact(ply, mesh, &accumulator.totals, friction);
+            context.state.active[ply] = context.state.active[ply].union(&accumulator.reach);
         }
     }
 }
 
-/// The impulses of contacts of a ply with a neighbour, both with what is asked of their nodes.
-fn solve<S: Scalar>(
-    model: &Model<S>,
-    [(own, accumulator), (theirs, their_accumulator)]: &[(PlyView<'_, S>, &ImpulseAccumulator); 2],
-    found: &mut FoundContacts,
-) {
-    let at = |row: usize, column: usize| row * (model.grid.columns + 1) + column;
-    for p in &mut found.points {
-        let (row, column) = (p.row, p.column);
-        let mut velocity = own.velocity(row, column);
+/// Inertia of a node in the whole scene: mirror planes hold no node in a single contact, only with its image.
+#[derive(Clone, Copy, Default)]
+struct NodeInertia {
+    /// 1/mass, in the axes of the ply [1/kg].
+    inverse: [f64; 3],
+    /// Part of the node in the computed part of the scene.
+    part: f64,
+}
+
+impl NodeInertia {
+    fn new<S: Scalar>(ply_type: &PlyType<S>, row: usize, column: usize) -> Self {
+        let (mesh, inverse) = (&ply_type.mesh, &ply_type.row_mass(row).inverse);
+        let [mut x, mut y, mut z] = [0, 1, 2].map(|a| inverse[a][column].to_f64());
+        let (part, [across_x, across_y]) = (mesh.part_of(row, column), mesh.cut_across(row, column));
+        if across_x || across_y {
+            z *= part;
+            x = if across_x || x > 0.0 { z } else { 0.0 };
+            y = if across_y || y > 0.0 { z } else { 0.0 };
+        }
+        Self { inverse: [x, y, z], part }
+    }
+}
+
+/// What contacts ask of the nodes of a ply.
+struct Asked<'a, S> {
+    ply_type: &'a PlyType<S>,
+    inertia: &'a [NodeInertia],
+    accumulator: &'a ImpulseAccumulator,
+}
+
+impl<S: Scalar> Asked<'_, S> {
+    /// 1/mass along a direction that a node has for one of its contacts [1/kg], times its weight in that.
+    #[inline(always)]
+    fn compliance(&self, at: usize, weight: f64, along: &Vector3<f64>) -> f64 {
+        let [x, y, z] = self.inertia[at].inverse;
         // A share below one would let a light touch of a corner throw it away.
-        let mut compliance = accumulator.shares[at(row, column)].max(1.0) * own.inverse(row, column, &p.normal);
-        for ((r, c), weight) in corners(p.cell).into_iter().zip(p.weights) {
-            velocity -= theirs.velocity(r, c) * weight;
-            compliance += weight * their_accumulator.shares[at(r, c)].max(1.0) * theirs.inverse(r, c, &p.normal);
+        let weight = weight * self.accumulator.shares[at].max(1.0);
+        if x == y && y == z {
+            return weight * x;
+        }
+        let [p, q, r] = self.ply_type.mesh.to_ply((*along).into());
+        weight * (p * p * x + q * q * y + r * r * z)
+    }
+}
+
+/// The impulses of contacts of a ply with a neighbour.
+fn solve<S: Scalar>(model: &Model<S>, [own, theirs]: &[Asked<'_, S>; 2], found: &mut FoundContacts) {
+    for p in &mut found.points {
+        let mut compliance = own.compliance(p.node as usize, 1.0, &p.normal);
+        for (at, weight) in theirs.accumulator.corners(p).into_iter().zip(p.weights) {
+            compliance += theirs.compliance(at, weight, &p.normal);
         }
         if compliance <= 0.0 {
             continue;
         }
         let effective_mass = 1.0 / compliance;
-        let (along, across) = ply_contact::impulse(&velocity, &p.normal, p.limit, effective_mass, model.ply_friction);
-        let slide = velocity - p.normal * velocity.dot(&p.normal);
+        let (along, across) = ply_contact::impulse(&p.velocity, &p.normal, p.limit, effective_mass, model.ply_friction);
+        let slide = p.velocity - p.normal * p.velocity.dot(&p.normal);
         found.friction -= across.dot(&(slide + across * (0.5 * compliance))) * p.part;
         p.impulse = (p.normal * along + across) * p.part;
-        p.correction = p.normal * (effective_mass * p.recovery * p.part);
+        p.correction = effective_mass * p.recovery * p.part;
     }
 }
 
-/// Nodes of a ply in contacts, with their weight in each: those that are over a neighbour, then, below zero, the corners of cells that nodes of
-/// the ply in front and of that behind are over.
-fn parts(contacts: &[Contacts], ply: usize) -> impl Iterator<Item = ((usize, usize), f64, &PlyContactPoint)> {
-    let own = contacts[ply].iter().flatten().flat_map(|found| &found.points);
-    let own = own.map(|p| ((p.row, p.column), 1.0, p));
-    let others = (0..SIDES).filter_map(move |side| Some(&contacts[neighbour(ply, side, contacts.len())?][1 - side]));
-    let others = others.flatten().flat_map(|found| &found.points);
-    own.chain(others.flat_map(|p| corners(p.cell).into_iter().zip(p.weights).map(move |(at, weight)| (at, -weight, p))))
+/// Contacts of the nodes of a ply with its neighbours.
+fn own(contacts: &[Contacts], ply: usize) -> impl Iterator<Item = &PlyContactPoint> {
+    contacts[ply].iter().flatten().flat_map(|found| &found.points)
 }
 
-/// Impulses that contacts give the nodes of a ply; shapes (rows + 1, columns + 1).
-#[derive(Clone, Debug, Default)]
+/// Contacts of nodes of the ply in front, and of that behind, with the cells of a ply.
+fn others(contacts: &[Contacts], ply: usize) -> impl Iterator<Item = &PlyContactPoint> {
+    let sides = (0..SIDES).filter_map(move |side| Some(&contacts[neighbour(ply, side, contacts.len())?][1 - side]));
+    sides.flatten().flat_map(|found| &found.points)
+}
+
+/// Impulses that contacts give the nodes of a ply; by number, see [`PlySearch::across`].
+#[derive(Clone, Default)]
 struct ImpulseAccumulator {
     /// Contacts each node takes part in, by weight.
     shares: Vec<f64>,
     /// Impulse on each node, then what moves it without a velocity left [N·s].
-    impulse: Vec<[f64; 6]>,
-    /// Nodes with a share.
-    touched: Vec<usize>,
-    /// Effect of the impulses.
-    effect: Effect,
+    impulses: Vec<[f64; 6]>,
+    /// Nodes of a row.
+    across: usize,
+    /// Columns of the nodes with a share, row by row.
+    touched: Vec<Range<usize>>,
+    /// Nodes moved in the last step.
+    reach: ActiveRegion,
+    /// What came of moving them.
+    totals: PlyMoveTotals,
 }
 
 impl ImpulseAccumulator {
-    fn new(nodes: usize) -> Self {
-        Self { shares: vec![0.0; nodes], impulse: vec![[0.0; 6]; nodes], ..Self::default() }
+    fn new(rows: usize, across: usize) -> Self {
+        let touched = vec![0..0; rows];
+        Self {
+            shares: vec![0.0; rows * across],
+            impulses: vec![[0.0; 6]; rows * across],
+            across,
+            touched,
+            ..Self::default()
+        }
+    }
+
+    /// Numbers of the corners of the cell of a contact, counter-clockwise.
+    #[inline(always)]
+    fn corners(&self, point: &PlyContactPoint) -> [usize; 4] {
+        let first = point.corner as usize;
+        [first, first + 1, first + self.across + 1, first + self.across]
     }
 
     /// A node takes part in another contact, with this weight.
+    #[inline(always)]
     fn share(&mut self, at: usize, weight: f64) {
         if self.shares[at] == 0.0 {
-            self.touched.push(at);
+            let (touched, column) = (&mut self.touched[at / self.across], at % self.across);
+            *touched = match touched.start == touched.end {
+                true => column..column + 1,
+                false => touched.start.min(column)..touched.end.max(column + 1),
+            };
         }
         self.shares[at] += weight;
     }
 
     /// A node takes its part of a contact's impulse.
+    #[inline(always)]
     fn add(&mut self, at: usize, point: &PlyContactPoint, weight: f64) {
+        let impulse = &mut self.impulses[at];
         for a in 0..3 {
-            self.impulse[at][a] += point.impulse[a] * weight;
-            self.impulse[at][3 + a] += point.correction[a] * weight;
+            impulse[a] += point.impulse[a] * weight;
+            impulse[3 + a] += point.normal[a] * point.correction * weight;
         }
     }
-}
-
-/// Effect of moving the nodes of a ply.
-#[derive(Clone, Debug, Default)]
-struct Effect {
-    /// Kinetic energy lost [J].
-    loss: f64,
-    /// Work of moving nodes without a velocity, against all forces but those of shock viscosity [J].
-    correction_work: f64,
-    /// Impulse on held nodes, which the supports take, in the axes of the pack [N·s].
-    support: [f64; 3],
-    /// Nodes moved.
-    reach: ActiveRegion,
-    /// Nodes moved.
-    corrections: Vec<NodeCorrection>,
 }
 
 /// Applier of the impulses to the nodes of a ply.
@@ -246,6 +317,7 @@ struct ImpulseApplier<'a, S> {
     nothing: &'a [S],
     /// Numbers per field and per row of nodes.
     stride: [usize; 2],
+    kernels: &'a dyn RowKernels<S>,
     /// Time step of the velocities [s].
     kick: f64,
 }
@@ -253,81 +325,48 @@ struct ImpulseApplier<'a, S> {
 impl<S: Scalar> ImpulseApplier<'_, S> {
     /// Gives the nodes of a ply their impulses, and leaves of the accumulator what came of it.
     fn apply(&self, ply: usize, accumulator: &mut ImpulseAccumulator, nodes: &mut [S]) {
-        let (model, [stride, length]) = (self.model, self.stride);
+        let (model, [stride, length], across) = (self.model, self.stride, accumulator.across);
         let ply_type = model.ply_type(ply);
-        let (mesh, across) = (&ply_type.mesh, model.grid.columns + 1);
-        let mut effect = Effect::default();
-        let mut last = usize::MAX;
-        let mut around = neighbours(model, self.elements, self.nothing, ply, 0);
-        for at in accumulator.touched.drain(..) {
-            let (row, column) = (at / across, at % across);
-            accumulator.shares[at] = 0.0;
-            let [x, y, z, p, q, r] = std::mem::replace(&mut accumulator.impulse[at], [0.0; 6]);
-            let [impulse, correction] = [[x, y, z], [p, q, r]].map(|v| mesh.to_ply(v));
-            if impulse == [0.0; 3] && correction == [0.0; 3] {
+        (accumulator.reach, accumulator.totals) = Default::default();
+        for (row, touched) in accumulator.touched.iter_mut().enumerate() {
+            let range = std::mem::take(touched);
+            if range.is_empty() {
                 continue;
             }
-            effect.reach.activate(row, column);
             let masses = ply_type.row_mass(row);
-            let inverse = [0, 1, 2].map(|a| masses.inverse[a][column].to_f64());
-            if row != last {
-                around = neighbours(model, self.elements, self.nothing, ply, row);
-                last = row;
+            let line = row * across..(row + 1) * across;
+            let pushed = PushedRow {
+                around: neighbours(model, self.elements, self.nothing, ply, row),
+                drag: ply_type.viscous.then(|| self.drag(ply_type, ply, row)),
+                inverse: [&masses.inverse[0], &masses.inverse[1], &masses.inverse[2]],
+                mass: &masses.mass,
+                impulses: &accumulator.impulses[line.clone()],
+                rotation: ply_type.mesh.rotation,
+                range: range.clone(),
+                times: [self.kick, model.dt],
+            };
+            let node = &mut nodes[row * length..][..node::COUNT * stride];
+            self.kernels.ply_move(&pushed, &mut split_mut(node, stride), &mut accumulator.totals);
+            let moved = std::mem::take(&mut accumulator.totals.moved);
+            if !moved.is_empty() {
+                accumulator.reach = accumulator.reach.union(&ActiveRegion { rows: row..row + 1, columns: moved });
             }
-            let force = gather(S::splat(0.0), &around, column).map(Scalar::to_f64);
-            let viscous = if correction == [0.0; 3] { correction } else { self.viscous(ply, row, column) };
-            let place = |field: usize| row * length + field * stride + column;
-            let free = [0, 1, 2].map(|a| nodes[place(node::VELOCITY + a)].to_f64());
-            let now = [0, 1, 2].map(|a| free[a] + inverse[a] * impulse[a]);
-            let mut support = [0.0; 3];
-            for a in 0..3 {
-                let u = nodes[place(node::DISPLACEMENT + a)].to_f64();
-                let moved = model.dt * inverse[a] * correction[a];
-                nodes[place(node::DISPLACEMENT + a)] = S::splat(u + (model.dt * (now[a] - free[a]) + moved));
-                // Viscosity sees velocities alone: against it nothing is stored, and nothing dissipated.
-                effect.correction_work -= (force[a] - viscous[a]) * moved;
-                nodes[place(node::VELOCITY + a)] = S::splat(now[a]);
-                let before = free[a] - inverse[a] * force[a] * self.kick;
-                effect.loss -= 0.5 * impulse[a] * (before + now[a]);
-                if inverse[a] <= 0.0 {
-                    support[a] = impulse[a];
-                }
-            }
-            add(&mut effect.support, mesh.to_pack(support));
-            let pull = [0, 1, 2].map(|a| inverse[a] * force[a] * model.dt);
-            let [free, now, pull] = [free, now, pull].map(|v| Vector3::from(mesh.to_pack(v)));
-            effect.corrections.push(NodeCorrection { mass: masses.mass[column].to_f64(), free, now, pull });
+            let line = line.start + range.start..line.start + range.end;
+            accumulator.shares[line.clone()].fill(0.0);
+            accumulator.impulses[line].fill([0.0; 6]);
         }
-        accumulator.effect = effect;
     }
 
-    /// Shock viscosity's part of the force on a node [N]. It is taken along the whole force of a yarn, which trellis shear turns a little
-    /// away from the yarn.
-    fn viscous(&self, ply: usize, row: usize, column: usize) -> [f64; 3] {
-        let ply_type = self.model.ply_type(ply);
-        let mut sum = [0.0; 3];
-        if !ply_type.viscous {
-            return sum;
+    /// Viscous forces of the yarns around a row of nodes.
+    fn drag<'a>(&'a self, ply_type: &'a PlyType<S>, ply: usize, row: usize) -> Drag<'a, S> {
+        let (stride, first) = (self.elements.stride, self.model.grid.first_element_row(ply));
+        let viscous = |row: usize| split(&self.elements.row(first + row)[element::COUNT * stride..], stride);
+        let beside = [row.checked_sub(1), Some(row).filter(|row| *row < ply_type.mesh.rows)];
+        Drag {
+            rows: beside.map(|row| row.map_or([self.nothing; 2], viscous)),
+            heights: beside.map(|row| row.map_or(1.0, |row| ply_type.mesh.widths(row, 0)[1])),
+            width: &ply_type.columns.width,
+            membrane: ply_type.element.membrane,
         }
-        for [r, c] in ply_type.mesh.around(row, column) {
-            let element = self.elements.row(self.model.grid.first_element_row(ply) + r);
-            let at = |field: usize| element[field * self.elements.stride + c + 1].to_f64();
-            for (yarn, ahead) in [c == column, r == row].into_iter().enumerate() {
-                let viscous = at(element::COUNT + yarn);
-                // Slack yarns have none.
-                if viscous == 0.0 {
-                    continue;
-                }
-                let force = [0, 1, 2].map(|a| at(element::WARP_FORCE + 3 * yarn + a));
-                let size = force.iter().map(|f| f * f).sum::<f64>().sqrt();
-                if size > 0.0 {
-                    let part = viscous * ply_type.element.membrane[yarn] * ply_type.mesh.widths(r, c)[1 - yarn] / size;
-                    for a in 0..3 {
-                        sum[a] += if ahead { part * force[a] } else { -part * force[a] };
-                    }
-                }
-            }
-        }
-        sum
     }
 }

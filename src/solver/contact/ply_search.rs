@@ -76,47 +76,30 @@ impl<'a, S: Scalar> PlyView<'a, S> {
         let [p, q] = self.mesh.reference(row, column);
         self.to_pack([p + x, q + y, self.z + z])
     }
-
-    /// 1/mass along a direction [1/kg], in the whole scene: mirror planes hold no node in a single contact, only with its image.
-    pub(crate) fn inverse(&self, row: usize, column: usize, along: &Vector3<f64>) -> f64 {
-        let inverse = &self.ply_type.row_mass(row).inverse;
-        let [mut x, mut y, mut z] = [0, 1, 2].map(|a| inverse[a][column].to_f64());
-        if let [across_x, across_y] = self.mesh.cut_across(row, column)
-            && (across_x || across_y)
-        {
-            z *= self.mesh.part_of(row, column);
-            x = if across_x || x > 0.0 { z } else { 0.0 };
-            y = if across_y || y > 0.0 { z } else { 0.0 };
-        }
-        if x == y && y == z {
-            return x;
-        }
-        let [p, q, r] = self.mesh.to_ply((*along).into());
-        p * p * x + q * q * y + r * r * z
-    }
 }
 
 /// A node that comes too close to a cell of the neighbouring ply.
 #[derive(Clone, Debug)]
 pub struct PlyContactPoint {
-    pub(crate) row: usize,
-    pub(crate) column: usize,
-    /// Row and column of the cell.
-    pub(crate) cell: [usize; 2],
+    /// Numbers of the node in its ply, and of the cell's first corner in the neighbouring one; see [`PlySearch::across`].
+    pub(crate) node: u32,
+    pub(crate) corner: u32,
     /// Weights of the cell's corners [-].
     pub(crate) weights: [f64; 4],
     /// Part of the node, and so of the contact, that is in the computed part of the scene.
     pub(crate) part: f64,
     /// Unit vector along which the node is driven out.
     pub(crate) normal: Vector3<f64>,
-    /// Least velocity along it [m/s].
+    /// Of the node, relative to the cell [m/s].
+    pub(crate) velocity: Vector3<f64>,
+    /// Least velocity along the normal [m/s].
     pub(crate) limit: f64,
     /// Speed at which the node is moved out of the surface [m/s].
     pub(crate) recovery: f64,
     /// On the node [N·s].
     pub(crate) impulse: Vector3<f64>,
-    /// Impulse that moves it out without a velocity left [N·s].
-    pub(crate) correction: Vector3<f64>,
+    /// Impulse along the normal that moves it out without a velocity left [N·s].
+    pub(crate) correction: f64,
 }
 
 /// Rows of nodes of a part.
@@ -431,17 +414,18 @@ impl<'a, S: Scalar> PlySearch<'a, S> {
         }
         let limit = ply_contact::closing_limit(gap, dt);
         let recovery = ply_contact::recovery(gap, self.thickness, along, dt);
+        let number = |[row, column]: [usize; 2]| (row * self.across() + column) as u32;
         let point = (along < limit || recovery > 0.0).then(|| PlyContactPoint {
-            row,
-            column,
-            cell: touch.cell,
+            node: number([row, column]),
+            corner: number(touch.cell),
             weights: touch.weights,
             part: self.own.mesh.part_of(row, column),
             normal: touch.normal,
+            velocity,
             limit,
             recovery,
             impulse: Vector3::zeros(),
-            correction: Vector3::zeros(),
+            correction: 0.0,
         });
         Some((point, -gap))
     }
