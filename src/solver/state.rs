@@ -245,6 +245,7 @@ impl<S: Scalar> State<S> {
     }
 
     /// Whether a yarn (0 warp, 1 weft) of an element carries load.
+    #[inline]
     pub fn alive(&self, row: usize, column: usize, yarn: usize) -> bool {
         self.elements.get(row, element::ALIVE + yarn, column + 1).to_f64() > 0.5
     }
@@ -255,6 +256,7 @@ impl<S: Scalar> State<S> {
     }
 
     /// Whether any yarn of an element carries load.
+    #[inline]
     pub fn is_intact(&self, row: usize, column: usize) -> bool {
         self.alive(row, column, 0) || self.alive(row, column, 1)
     }
@@ -347,9 +349,17 @@ fn check_start<S: Scalar>(model: &Model<S>, state: &State<S>) -> Result<(), Case
 }
 
 /// Whether any element around a node still carries load; debris no longer touches anything.
+#[inline]
 pub fn node_stands<S: Scalar>(model: &Model<S>, state: &State<S>, [ply, row, column]: [usize; 3]) -> bool {
-    let first = model.grid.first_element_row(ply);
-    model.ply_type(ply).mesh.around(row, column).any(|[r, c]| state.is_intact(first + r, c))
+    let (first, mesh) = (model.grid.first_element_row(ply), &model.ply_type(ply).mesh);
+    for r in row.saturating_sub(1)..(row + 1).min(mesh.rows) {
+        for c in column.saturating_sub(1)..(column + 1).min(mesh.columns) {
+            if state.is_intact(first + r, c) {
+                return true;
+            }
+        }
+    }
+    false
 }
 
 /// Position of a node in the axes of the pack [m].

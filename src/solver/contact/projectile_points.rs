@@ -150,11 +150,20 @@ impl ProjectileContact {
     fn sample_candidates<S: Scalar>(&mut self, context: &Context<'_, S>, body: &RigidBody) {
         let (model, state) = (context.model, &*context.state);
         self.nodes.clear();
-        self.nodes.extend(self.edges.places.iter().map(|place| {
-            let sample = sample_node(model, state, *place);
-            let pressed = sample.position - Vector3::new(0.0, 0.0, sample.between);
-            CandidateNode { pressed: body.to_body(&pressed), sample, point: None }
-        }));
+        let (places, near) = (&self.edges.places, &self.edges.places[..self.candidates.len()]);
+        let mut next = 0;
+        for place in places {
+            // What is in front of the node in front is known, mostly: its ply comes first, and it after that in front of the last node.
+            let between = fabric_in_front(model, state, *place).map_or(0.0, |(thickness, front)| {
+                let known = if near.get(next) == Some(&front) { Some(next) } else { near.binary_search(&front).ok() };
+                next = known.map_or(next, |at| at + 1);
+                let known = known.and_then(|at| self.nodes.get(at));
+                thickness + known.map_or_else(|| fabric_between(model, state, front), |node| node.sample.between)
+            });
+            let sample = sample_node(model, state, *place, between);
+            let pressed = sample.position - Vector3::new(0.0, 0.0, between);
+            self.nodes.push(CandidateNode { pressed: body.to_body(&pressed), sample, point: None });
+        }
     }
 
     /// The nodes that may touch the body in this step.
@@ -246,7 +255,7 @@ impl ProjectileContact {
 }
 
 /// A node before contact; out of touch.
-fn sample_node<S: Scalar>(model: &Model<S>, state: &State<S>, place: [usize; 3]) -> ContactSample {
+fn sample_node<S: Scalar>(model: &Model<S>, state: &State<S>, place: [usize; 3], between: f64) -> ContactSample {
     let [ply, row, column] = place;
     let at = model.grid.first_node_row(ply) + row;
     let free = Vector3::from(model.ply_type(ply).mesh.to_pack(state.velocity(at, column)));
@@ -255,7 +264,7 @@ fn sample_node<S: Scalar>(model: &Model<S>, state: &State<S>, place: [usize; 3])
         normal: Vector3::z(),
         position: node_position(model, state, place) - free * model.dt,
         free,
-        between: fabric_between(model, state, place),
+        between,
     }
 }
 
@@ -335,24 +344,29 @@ fn turned([c, s]: [f64; 2], [x, y, z]: [f64; 3]) -> [f64; 3] {
 }
 
 /// Thickness of the fabric between a node and the struck side [m]: of each ply in front whose element there stands.
-pub fn fabric_between<S: Scalar>(model: &Model<S>, state: &State<S>, [ply, row, column]: [usize; 3]) -> f64 {
-    let mut place = [row, column];
-    let mut thickness = 0.0;
-    for front in (0..ply).rev() {
-        let mesh = &model.ply_type(front).mesh;
-        let at = ((front + 1) * SIDES * (model.grid.rows + 1) + place[0]) * (model.grid.columns + 1) + place[1];
-        let element = layup::element(state.over[at]);
-        let [r, c] = [element / mesh.columns, element % mesh.columns];
-        if state.is_intact(model.grid.first_element_row(front) + r, c) {
-            thickness += model.plies[front].touching;
-        }
-        // On through the corner nearest to the node by its place in the ply behind.
-        let [x, y] = model.ply_type(front + 1).mesh.reference(place[0], place[1]);
-        let [x, y, _] = mesh.to_ply(model.ply_type(front + 1).mesh.to_pack([x, y, 0.0]));
-        let ([left, below], [length, height]) = (mesh.reference(r, c), mesh.size(r, c));
-        place = [r + usize::from(y - below > 0.5 * height), c + usize::from(x - left > 0.5 * length)];
-    }
-    thickness
+pub fn fabric_between<S: Scalar>(model: &Model<S>, state: &State<S>, place: [usize; 3]) -> f64 {
+    fabric_in_front(model, state, place)
+        .map_or(0.0, |(thickness, front)| thickness + fabric_between(model, state, front))
+}
+
+/// Thickness of the ply in front of a node [m], 0 where its element there does not stand, and the node of it to go on from: the corner nearest to
+/// the node by its place.
+fn fabric_in_front<S: Scalar>(
+    model: &Model<S>,
+    state: &State<S>,
+    [ply, row, column]: [usize; 3],
+) -> Option<(f64, [usize; 3])> {
+    let front = ply.checked_sub(1)?;
+    let [mesh, behind] = [front, ply].map(|ply| &model.ply_type(ply).mesh);
+    let at = (ply * SIDES * (model.grid.rows + 1) + row) * (model.grid.columns + 1) + column;
+    let element = layup::element(state.over[at]);
+    let [r, c] = [element / mesh.columns, element % mesh.columns];
+    let stands = state.is_intact(model.grid.first_element_row(front) + r, c);
+    let [x, y] = behind.reference(row, column);
+    let [x, y, _] = mesh.to_ply(behind.to_pack([x, y, 0.0]));
+    let ([left, below], [length, height]) = (mesh.reference(r, c), mesh.size(r, c));
+    let place = [front, r + usize::from(y - below > 0.5 * height), c + usize::from(x - left > 0.5 * length)];
+    Some((if stands { model.plies[front].touching } else { 0.0 }, place))
 }
 
 #[cfg(test)]
