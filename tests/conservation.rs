@@ -365,7 +365,8 @@ fn shot(more: &[&str]) -> Case {
 #[test]
 fn every_kind_of_register_gives_the_same_bits() {
     assert_eq!(Vectors::all().last().unwrap().name(), "scalar");
-    for (case, steps) in [(shot(&[]), 130), (shot(&["/fabric/crossover/law=variational"]), 60)] {
+    let pack = shot(&["/pack/plies=3", "/pack/mesh_grading/fine_radius_mm=5"]);
+    for (case, steps) in [(shot(&[]), 130), (shot(&["/fabric/crossover/law=variational"]), 60), (pack, 150)] {
         same_on_all::<f64>(&case, steps);
         same_on_all::<f32>(&case, steps);
     }
