@@ -61,7 +61,7 @@ buffers! {
     Tiles = "tiles",
     /// Energies of contact between plies, shape (5, nodes).
     ContactWork = "contact_work",
-    /// Counters, shape (12,), and active regions, shape (plies, 4).
+    /// Counters, shape (14,), and active regions, shape (plies, 4).
     Status = "status",
     /// Failures, shape (2·elements, 4): every yarn breaks once, so the list cannot overflow.
     Events = "events",

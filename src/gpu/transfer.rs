@@ -76,6 +76,7 @@ impl DeviceStepper<'_> {
         let mut counters = vec![0; STATUS_WORDS];
         counters[status::BAD_STEP] = layout::NONE;
         counters[status::AT_LIMIT] = state.step as u32;
+        counters[status::HOLES] = state.holes(model) as u32;
         counters.extend(state.active.iter().flat_map(reach_words));
         self.write_shot(BufferId::Status, shot, &counters);
         if !state.over.is_empty() {

@@ -255,6 +255,13 @@ impl<S: Scalar> State<S> {
         (0..2).all(|yarn| !ply_type.present[yarn] || self.alive(row, column, yarn))
     }
 
+    /// Elements of which nothing stands.
+    pub fn holes(&self, model: &Model<S>) -> usize {
+        let plies = (0..model.plies.len()).map(|ply| (model.grid.first_element_row(ply), &model.ply_type(ply).mesh));
+        let rows = plies.flat_map(|(first, mesh)| (first..first + mesh.rows).map(|row| (row, mesh.columns)));
+        rows.map(|(row, columns)| (0..columns).filter(|column| !self.is_intact(row, *column)).count()).sum()
+    }
+
     /// Whether any yarn of an element carries load.
     #[inline]
     pub fn is_intact(&self, row: usize, column: usize) -> bool {

@@ -91,7 +91,7 @@ pub const MATRIX_ROW: u32 = 32;
 /// Words of a failure event.
 pub const EVENT_WORDS: u64 = size_of::<Event>() as u64 / 4;
 /// Words of the counters.
-pub const STATUS_WORDS: usize = 13;
+pub const STATUS_WORDS: usize = 14;
 /// Words of the projectile.
 pub const BODY_WORDS: usize = size_of::<Body>() / 4;
 
@@ -110,7 +110,7 @@ numbers! {
     /// Words of `status`; active regions of the plies begin at the last.
     status {
         BAD_STEP = 0, EVENTS = 1, FAILED = 2, ERODED = 4, UNCONVERGED = 5, RESIDUAL = 6, OVERFLOW = 7, COMPUTED = 8,
-        PLY_DEPTH = 10, OVERFLOW_EDGES = 11, AT_LIMIT = 12, REACH = 13,
+        PLY_DEPTH = 10, OVERFLOW_EDGES = 11, AT_LIMIT = 12, HOLES = 13, REACH = 14,
     }
 
     /// Fields of an element in a slot, and steps of a height to the sum of both.
