@@ -30,6 +30,8 @@ pub(crate) struct ProjectileContact {
     pub(crate) candidates: Vec<[usize; 3]>,
     /// Distance that nodes and body may still approach each other before `candidates` are stale [m].
     pub(crate) skin: f64,
+    /// Whether nothing stands of some element; `None` before it was looked for.
+    holes: Option<bool>,
     /// Edges between the candidates.
     edges: CandidateEdges,
     /// Candidates in this step, by their place in `edges`.
@@ -151,10 +153,15 @@ impl ProjectileContact {
         let (model, state) = (context.model, &*context.state);
         self.nodes.clear();
         let (places, near) = (&self.edges.places, &self.edges.places[..self.candidates.len()]);
+        if context.totals.eroded > 0 {
+            self.holes = Some(true);
+        }
+        let whole = !*self.holes.get_or_insert_with(|| state.holes(model) > 0);
         let mut next = 0;
         for place in places {
-            // What is in front of the node in front is known, mostly: its ply comes first, and it after that in front of the last node.
-            let between = fabric_in_front(model, state, *place).map_or(0.0, |(thickness, front)| {
+            let in_front = if whole { None } else { fabric_in_front(model, state, *place) };
+            let between = in_front.map_or(model.plies[place[0]].depth, |(thickness, front)| {
+                // What is in front of that node is known, mostly: its ply comes first, and it after that in front of the last node.
                 let known = if near.get(next) == Some(&front) { Some(next) } else { near.binary_search(&front).ok() };
                 next = known.map_or(next, |at| at + 1);
                 let known = known.and_then(|at| self.nodes.get(at));
