@@ -35,7 +35,8 @@ fn collect(local: u32) -> u32 {
 
 /// Thickness of the fabric between a node and the struck side [m]: of each ply in front whose element there stands.
 fn fabric_between(node: u32) -> f32 {
-    if (atomicLoad(&status[counter(HOLES)]) == 0u) { return plies[node_ply(node)].depth; }
+    let missing = atomicLoad(&status[counter(HOLES)]) + atomicLoad(&status[counter(ERODED)]);
+    if (missing == 0u) { return plies[node_ply(node)].depth; }
     var at = node;
     var thickness = 0.0;
     for (var front = node_ply(node); front > 0u; front--) {

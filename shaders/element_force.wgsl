@@ -187,10 +187,7 @@ fn release(element: u32, motion: Motion, cell: Equilibrium, yarns_left: YarnsLef
     part[LAW_RELEASED] += law_energy(motion, both, stored_energy(size, select(zero, cell.tension, was_alive), cell.strain, cell.force, 0.0));
     if (yarns_left.failed.x) { record_failure(element, 0u, cell.strain.x); }
     if (yarns_left.failed.y) { record_failure(element, 1u, cell.strain.y); }
-    if (!any(yarns_left.alive)) {
-        atomicAdd(&status[counter(ERODED)], 1u);
-        atomicAdd(&status[counter(HOLES)], 1u);
-    }
+    if (!any(yarns_left.alive)) { atomicAdd(&status[counter(ERODED)], 1u); }
 }
 
 /// Adds energies of the state, and the cell if it is counted, for the energy balance.

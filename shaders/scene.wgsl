@@ -187,7 +187,7 @@ const PLY_DEPTH: u32 = 10u;
 const OVERFLOW_EDGES: u32 = 11u;
 /// The step after the last one in which an element reached its failure strain.
 const AT_LIMIT: u32 = 12u;
-/// Elements of which nothing stands.
+/// Elements without a yarn that carried load when the run began.
 const HOLES: u32 = 13u;
 /// Nodes that may have moved: first and one past the last row, then column, of each ply.
 const REACH: u32 = 14u;

@@ -13,7 +13,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use rayon::prelude::*;
 
 use crate::case::{Fabric, Law};
-use crate::num::scalar::{Real, Scalar, bisect};
+use crate::num::scalar::{Real, Scalar, WIDEST, bisect};
 use crate::physics::crossover::{self, Equilibrium, cell_energy};
 use crate::physics::unit_cell_parameters::UnitCellParameters;
 use crate::physics::yarn_law::{LawKernel, SHORTEST, Sinusoidal, StretchResponse, YarnConstants, YarnResponse};
@@ -26,8 +26,6 @@ const POINTS: usize = 16;
 const HALVINGS: u32 = 12;
 /// Axial strain that the table reaches where yarns do not fail.
 const NO_FAILURE: f64 = 0.1;
-/// Most numbers in a register.
-const WIDEST: usize = 16;
 
 /// (U − W)/U of a crossover over the stretches of warp and weft; nothing for laws that conserve energy.
 #[derive(Clone, Debug, PartialEq)]

@@ -281,7 +281,7 @@ macro_rules! scalar {
 scalar!(f64, F64s, Pair<F64s<V>>, Pair::of, 32, F64_THIRD, F64_BIAS);
 scalar!(f32, F32s, F32s<V>, std::convert::identity, 16, F32_THIRD, F32_BIAS);
 
-/// Numbers in a register at most.
+/// Most numbers that a kernel takes at once.
 pub(crate) const WIDEST: usize = 16;
 
 /// Numbers from one on in double precision.

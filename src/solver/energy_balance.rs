@@ -221,13 +221,18 @@ impl EnergyBalance {
     pub(crate) fn correct_node(&mut self, ply: usize, node: &NodeCorrection) {
         let NodeCorrection { mass, free, now, pull } = node;
         let work = -0.5 * mass * pull.dot(&(now - free));
-        self.half_step += work;
         let change = 0.5 * mass * (now - free).dot(&(now + free)) + work;
-        self.kinetic += change;
+        self.correct(ply, [work, change], (now - free) * *mass);
+    }
+
+    /// Adds to the work of the half step to come and to the kinetic energy [J], and to the momentum, what contact changes in a ply.
+    fn correct(&mut self, ply: usize, [half_step, kinetic]: [f64; 2], momentum: impl Into<[f64; 3]>) {
+        self.half_step += half_step;
+        self.kinetic += kinetic;
         if let Some(ply) = self.plies.get_mut(ply) {
-            ply.kinetic += change;
+            ply.kinetic += kinetic;
         }
-        add(&mut self.momentum, (now - free) * *mass);
+        add(&mut self.momentum, momentum);
     }
 
     /// Takes what contact with other plies did to the nodes of a ply; `friction` of its contacts [J].
@@ -236,12 +241,7 @@ impl EnergyBalance {
         self.friction += friction;
         self.separation += moved.correction_work;
         self.work += moved.correction_work;
-        self.half_step += moved.half_step;
-        self.kinetic += moved.kinetic;
-        if let Some(ply) = self.plies.get_mut(ply) {
-            ply.kinetic += moved.kinetic;
-        }
-        add(&mut self.momentum, mesh.to_pack(moved.momentum));
+        self.correct(ply, [moved.half_step, moved.kinetic], mesh.to_pack(moved.momentum));
         add(&mut self.support, mesh.to_pack(moved.support).map(|support| -support));
     }
 

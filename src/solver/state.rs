@@ -255,7 +255,7 @@ impl<S: Scalar> State<S> {
         (0..2).all(|yarn| !ply_type.present[yarn] || self.alive(row, column, yarn))
     }
 
-    /// Elements of which nothing stands.
+    /// Elements without a yarn that carries load.
     pub fn holes(&self, model: &Model<S>) -> usize {
         let plies = (0..model.plies.len()).map(|ply| (model.grid.first_element_row(ply), &model.ply_type(ply).mesh));
         let rows = plies.flat_map(|(first, mesh)| (first..first + mesh.rows).map(|row| (row, mesh.columns)));
@@ -358,15 +358,8 @@ fn check_start<S: Scalar>(model: &Model<S>, state: &State<S>) -> Result<(), Case
 /// Whether any element around a node still carries load; debris no longer touches anything.
 #[inline]
 pub fn node_stands<S: Scalar>(model: &Model<S>, state: &State<S>, [ply, row, column]: [usize; 3]) -> bool {
-    let (first, mesh) = (model.grid.first_element_row(ply), &model.ply_type(ply).mesh);
-    for r in row.saturating_sub(1)..(row + 1).min(mesh.rows) {
-        for c in column.saturating_sub(1)..(column + 1).min(mesh.columns) {
-            if state.is_intact(first + r, c) {
-                return true;
-            }
-        }
-    }
-    false
+    let first = model.grid.first_element_row(ply);
+    model.ply_type(ply).mesh.around(row, column).any(|[r, c]| state.is_intact(first + r, c))
 }
 
 /// Position of a node in the axes of the pack [m].

@@ -276,7 +276,12 @@ pub trait RowKernels<S: Scalar>: Send + Sync {
     fn broad_phase(&self, part: &mut SearchPart<'_, S>);
 
     /// Impulses of contacts between plies on a row of nodes; see `ply_move`.
-    fn ply_move(&self, row: &PushedRow<'_, S>, node: &mut [&mut [S]; field::COUNT], totals: &mut PlyMoveTotals);
+    fn ply_move(
+        &self,
+        row: &PushedRow<'_, S>,
+        node: &mut [&mut [S]; field::COUNT],
+        totals: &mut PlyMoveTotals,
+    ) -> Range<usize>;
 }
 
 /// The kernels of a ply type: on numbers like `R`, in contact between plies on numbers like `P` and, in double precision, `D`.
@@ -312,8 +317,8 @@ where
         row: &PushedRow<'_, R::Scalar>,
         node: &mut [&mut [R::Scalar]; field::COUNT],
         totals: &mut PlyMoveTotals,
-    ) {
-        ply_move(self.contact, row, node, totals);
+    ) -> Range<usize> {
+        ply_move(self.contact, row, node, totals)
     }
 }
 

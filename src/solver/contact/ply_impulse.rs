@@ -110,7 +110,7 @@ impl PlyContact {
                 accumulator.share(p.node as usize, 1.0);
             }
             for p in others(contacts, ply) {
-                for (at, weight) in accumulator.corners(p).into_iter().zip(p.weights) {
+                for (at, weight) in accumulator.corners(p) {
                     if weight != 0.0 {
                         accumulator.share(at, weight * p.part / inertia[at].part);
                     }
@@ -122,7 +122,7 @@ impl PlyContact {
     /// The impulse of every contact, each on its own.
     fn solve<S: Scalar>(&mut self, model: &Model<S>) {
         let (accumulators, inertia) = (&self.accumulators, &self.inertia);
-        let asked = |ply: usize| Asked {
+        let side_of = |ply: usize| ContactSide {
             ply_type: model.ply_type(ply),
             inertia: &inertia[model.plies[ply].ply_type],
             accumulator: &accumulators[ply],
@@ -130,7 +130,7 @@ impl PlyContact {
         self.contacts.par_iter_mut().enumerate().for_each(|(ply, sides)| {
             for (side, found) in sides.iter_mut().enumerate() {
                 if let Some(other) = neighbour(ply, side, accumulators.len()) {
-                    let pair = [ply, other].map(asked);
+                    let pair = [ply, other].map(side_of);
                     found.iter_mut().for_each(|found| solve(model, &pair, found));
                 }
             }
@@ -151,7 +151,7 @@ impl PlyContact {
                 accumulator.add(p.node as usize, p, 1.0);
             }
             for p in others(contacts, ply) {
-                for (at, weight) in accumulator.corners(p).into_iter().zip(p.weights) {
+                for (at, weight) in accumulator.corners(p) {
                     accumulator.add(at, p, -weight);
                 }
             }
@@ -197,14 +197,14 @@ impl NodeInertia {
     }
 }
 
-/// What contacts ask of the nodes of a ply.
-struct Asked<'a, S> {
+/// A ply in contact with a neighbour: inertia of its nodes, and how many contacts share it.
+struct ContactSide<'a, S> {
     ply_type: &'a PlyType<S>,
     inertia: &'a [NodeInertia],
     accumulator: &'a ImpulseAccumulator,
 }
 
-impl<S: Scalar> Asked<'_, S> {
+impl<S: Scalar> ContactSide<'_, S> {
     /// 1/mass along a direction that a node has for one of its contacts [1/kg], times its weight in that.
     #[inline(always)]
     fn compliance(&self, at: usize, weight: f64, along: &Vector3<f64>) -> f64 {
@@ -220,10 +220,10 @@ impl<S: Scalar> Asked<'_, S> {
 }
 
 /// The impulses of contacts of a ply with a neighbour.
-fn solve<S: Scalar>(model: &Model<S>, [own, theirs]: &[Asked<'_, S>; 2], found: &mut FoundContacts) {
+fn solve<S: Scalar>(model: &Model<S>, [own, theirs]: &[ContactSide<'_, S>; 2], found: &mut FoundContacts) {
     for p in &mut found.points {
         let mut compliance = own.compliance(p.node as usize, 1.0, &p.normal);
-        for (at, weight) in theirs.accumulator.corners(p).into_iter().zip(p.weights) {
+        for (at, weight) in theirs.accumulator.corners(p) {
             compliance += theirs.compliance(at, weight, &p.normal);
         }
         if compliance <= 0.0 {
@@ -262,7 +262,7 @@ struct ImpulseAccumulator {
     touched: Vec<Range<usize>>,
     /// Nodes moved in the last step.
     reach: ActiveRegion,
-    /// What came of moving them.
+    /// Effect of moving them.
     totals: PlyMoveTotals,
 }
 
@@ -278,11 +278,11 @@ impl ImpulseAccumulator {
         }
     }
 
-    /// Numbers of the corners of the cell of a contact, counter-clockwise.
+    /// Numbers of the corners of the cell of a contact, counter-clockwise, and their weights.
     #[inline(always)]
-    fn corners(&self, point: &PlyContactPoint) -> [usize; 4] {
+    fn corners(&self, point: &PlyContactPoint) -> impl Iterator<Item = (usize, f64)> + use<> {
         let first = point.corner as usize;
-        [first, first + 1, first + self.across + 1, first + self.across]
+        [first, first + 1, first + self.across + 1, first + self.across].into_iter().zip(point.weights)
     }
 
     /// A node takes part in another contact, with this weight.
@@ -346,8 +346,7 @@ impl<S: Scalar> ImpulseApplier<'_, S> {
                 times: [self.kick, model.dt],
             };
             let node = &mut nodes[row * length..][..node::COUNT * stride];
-            self.kernels.ply_move(&pushed, &mut split_mut(node, stride), &mut accumulator.totals);
-            let moved = std::mem::take(&mut accumulator.totals.moved);
+            let moved = self.kernels.ply_move(&pushed, &mut split_mut(node, stride), &mut accumulator.totals);
             if !moved.is_empty() {
                 accumulator.reach = accumulator.reach.union(&ActiveRegion { rows: row..row + 1, columns: moved });
             }

@@ -37,7 +37,7 @@ pub struct Drag<'a, S> {
     pub membrane: [f64; 2],
 }
 
-/// What came of moving the nodes of a ply; vectors in its axes.
+/// Effect of moving the nodes of a ply; vectors in its axes.
 #[derive(Clone, Debug, Default)]
 pub struct PlyMoveTotals {
     /// Kinetic energy lost [J].
@@ -52,22 +52,21 @@ pub struct PlyMoveTotals {
     pub(crate) momentum: [f64; 3],
     /// Impulse on held nodes, which the supports take [N·s].
     pub(crate) support: [f64; 3],
-    /// Columns of the nodes moved in the last row.
-    pub(crate) moved: Range<usize>,
 }
 
-/// Moves the nodes of a row: in double precision on numbers like `d`, with forces in the precision of the state on numbers like `n`. Compiled once.
+/// Moves the nodes of a row: in double precision on numbers like `d`, with forces in the precision of the state on numbers like `n`. Gives the
+/// columns from the first to the last node moved. Compiled once.
 #[inline(never)]
 pub(crate) fn ply_move<R: Real, D: Real<Scalar = f64>>(
     (n, d): (R, D),
     row: &PushedRow<'_, R::Scalar>,
     node: &mut [&mut [R::Scalar]; field::COUNT],
     totals: &mut PlyMoveTotals,
-) {
+) -> Range<usize> {
     n.vectorize(
         #[inline(always)]
         || advance(n, d, row, node, totals),
-    );
+    )
 }
 
 #[inline(always)]
@@ -77,10 +76,10 @@ fn advance<R: Real, D: Real<Scalar = f64>>(
     row: &PushedRow<'_, R::Scalar>,
     node: &mut [&mut [R::Scalar]; field::COUNT],
     totals: &mut PlyMoveTotals,
-) {
+) -> Range<usize> {
     let (range, [c, s]) = (&row.range, row.rotation.map(|x| d.broadcast(x)));
     let ([kick, dt], half) = (row.times.map(|time| d.broadcast(time)), d.broadcast(0.5));
-    let mut sums = [OrderedSum::default(); 4];
+    let (mut moved_columns, mut sums) = (0..0, [OrderedSum::default(); 4]);
     let [mut momentum, mut support] = [[OrderedSum::default(); 3]; 2];
     let mut first = range.start - range.start % R::LANES;
     while first < range.end {
@@ -134,8 +133,7 @@ fn advance<R: Real, D: Real<Scalar = f64>>(
             }
             let bits = pushed.bits();
             let (from, to) = (column + bits.trailing_zeros() as usize, column + 64 - bits.leading_zeros() as usize);
-            let start = if totals.moved.is_empty() { from } else { totals.moved.start };
-            totals.moved = start..to;
+            moved_columns = if moved_columns.is_empty() { from } else { moved_columns.start }..to;
         }
         first += R::LANES;
     }
@@ -148,6 +146,7 @@ fn advance<R: Real, D: Real<Scalar = f64>>(
         totals.momentum[a] += momentum[a].total();
         totals.support[a] += support[a].total();
     }
+    moved_columns
 }
 
 /// Shock viscosity's part of the force on the nodes from a column on [N]. It is taken along the whole force of a yarn, which trellis shear turns a
@@ -161,8 +160,10 @@ fn viscous_force<R: Real>(n: R, row: &PushedRow<'_, R::Scalar>, column: usize) -
             // Columns of elements are stored one further.
             let at = column + right;
             let mut widths = [R::Scalar::splat(1.0); WIDEST];
-            for lane in 0..if width.is_empty() { 0 } else { R::LANES } {
-                widths[lane] = width[(at + lane).saturating_sub(1)];
+            if !width.is_empty() {
+                for lane in 0..R::LANES {
+                    widths[lane] = width[(at + lane).saturating_sub(1)];
+                }
             }
             for yarn in 0..2 {
                 let (along, ahead) = if yarn == 0 {

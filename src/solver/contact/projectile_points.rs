@@ -30,7 +30,7 @@ pub(crate) struct ProjectileContact {
     pub(crate) candidates: Vec<[usize; 3]>,
     /// Distance that nodes and body may still approach each other before `candidates` are stale [m].
     pub(crate) skin: f64,
-    /// Whether nothing stands of some element; `None` before it was looked for.
+    /// Whether any element has no yarn that carries load; `None`: not looked at yet.
     holes: Option<bool>,
     /// Edges between the candidates.
     edges: CandidateEdges,
@@ -152,25 +152,29 @@ impl ProjectileContact {
     fn sample_candidates<S: Scalar>(&mut self, context: &Context<'_, S>, body: &RigidBody) {
         let (model, state) = (context.model, &*context.state);
         self.nodes.clear();
-        let (places, near) = (&self.edges.places, &self.edges.places[..self.candidates.len()]);
         if context.totals.eroded > 0 {
             self.holes = Some(true);
         }
         let whole = !*self.holes.get_or_insert_with(|| state.holes(model) > 0);
         let mut next = 0;
-        for place in places {
-            let in_front = if whole { None } else { fabric_in_front(model, state, *place) };
-            let between = in_front.map_or(model.plies[place[0]].depth, |(thickness, front)| {
-                // What is in front of that node is known, mostly: its ply comes first, and it after that in front of the last node.
-                let known = if near.get(next) == Some(&front) { Some(next) } else { near.binary_search(&front).ok() };
-                next = known.map_or(next, |at| at + 1);
-                let known = known.and_then(|at| self.nodes.get(at));
-                thickness + known.map_or_else(|| fabric_between(model, state, front), |node| node.sample.between)
-            });
+        for place in &self.edges.places {
+            let between =
+                if whole { model.plies[place[0]].depth } else { self.between(model, state, *place, &mut next) };
             let sample = sample_node(model, state, *place, between);
             let pressed = sample.position - Vector3::new(0.0, 0.0, between);
             self.nodes.push(CandidateNode { pressed: body.to_body(&pressed), sample, point: None });
         }
+    }
+
+    /// [`fabric_between`] of a node, from that of the node in front of it, which is sampled by then, mostly: its ply comes first. `next`: where that
+    /// is looked for, after the one in front of the last node.
+    fn between<S: Scalar>(&self, model: &Model<S>, state: &State<S>, place: [usize; 3], next: &mut usize) -> f64 {
+        let Some((thickness, front)) = fabric_in_front(model, state, place) else { return 0.0 };
+        let near = &self.edges.places[..self.candidates.len()];
+        let known = if near.get(*next) == Some(&front) { Some(*next) } else { near.binary_search(&front).ok() };
+        *next = known.map_or(*next, |at| at + 1);
+        let sampled = known.and_then(|at| self.nodes.get(at));
+        thickness + sampled.map_or_else(|| fabric_between(model, state, front), |node| node.sample.between)
     }
 
     /// The nodes that may touch the body in this step.

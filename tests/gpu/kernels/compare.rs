@@ -332,7 +332,7 @@ impl<'a> Pair<'a> {
                         self.see("sweep", "residual", [residual, self.totals.max_residual, force], String::new);
                         self.count("counters", words[status::ERODED], self.totals.eroded as f64, "eroded");
                         let holes = self.expected.holes(&self.scene.model);
-                        self.count("counters", words[status::HOLES], holes as f64, "holes");
+                        self.count("counters", words[status::HOLES] + words[status::ERODED], holes as f64, "holes");
                     }
                     self.compare_elements(&got);
                     self.compare_nodes(&got, "sweep", [length[0], speed + self.scales.kick]);
