@@ -1,10 +1,9 @@
 // grid_lines: the lines of nodes of graded meshes, or of elements narrower than a yarn, ply type by ply type: those along X, then those along Y.
+// They lie behind what `nodes` has of the shots. Needs `nodes`.
 // Twin: src/model/grid_lines.rs, src/model/ply_type.rs
 
-/// Lines in a row of the table.
-const LINES_ACROSS: u32 = 1024u;
-/// Texels per line.
-const LINE_TEXELS: u32 = 2u;
+/// Numbers of a line.
+const LINE_NUMBERS: u32 = 8u;
 
 /// A line of nodes. The table has one more line after the last of a mesh.
 struct Line {
@@ -25,11 +24,10 @@ struct Line {
 
 /// A line of nodes across X (0) or Y (1) of a ply.
 fn line_at(ply: u32, axis: u32, line: u32) -> Line {
-    let at = (2u * plies[ply].ply_type + axis) * (max(scene.columns, scene.rows) + 2u) + line;
-    let texel = vec2<u32>(LINE_TEXELS * (at % LINES_ACROSS), at / LINES_ACROSS);
-    let own = textureLoad(grid_lines, texel, 0);
-    let yarn = textureLoad(grid_lines, texel + vec2<u32>(1u, 0u), 0);
-    return Line(own.x, own.y, own.z, own.w, yarn.x, yarn.y, yarn.z, yarn.w);
+    let number = (2u * plies[ply].ply_type + axis) * (max(scene.columns, scene.rows) + 2u) + line;
+    let at = scene.lines + LINE_NUMBERS * number;
+    return Line(
+        nodes[at], nodes[at + 1u], nodes[at + 2u], nodes[at + 3u], nodes[at + 4u], nodes[at + 5u], nodes[at + 6u], nodes[at + 7u]);
 }
 
 /// Lengths along X and Y of a cell (row, column) of a ply [m].
@@ -46,19 +44,16 @@ fn cell_area(ply: u32, cell: vec2<u32>) -> f32 {
 }
 
 /// Numbers of a node in a frame: its share of the mass of an inner node of the finest elements, not above 0 where it is held; and 1 where the
-/// element above and to the right of it is there. Four in a texel, after the lines.
+/// element above and to the right of it is there. They lie behind the lines.
 const SHARES: u32 = 0u;
 const PRESENCE: u32 = 1u;
 
 fn in_frame(ply: u32, field: u32, place: vec2<u32>) -> f32 {
-    let at = (field * (scene.rows + 1u) + place.x) * (scene.columns + 1u) + place.y;
-    let across = LINE_TEXELS * LINES_ACROSS;
-    let texel = vec2<u32>((at / 4u) % across, plies[ply].shares_row + at / 4u / across);
-    return textureLoad(grid_lines, texel, 0)[at % 4u];
+    return nodes[scene.lines + plies[ply].shares + (field * (scene.rows + 1u) + place.x) * (scene.columns + 1u) + place.y];
 }
 
 /// A frame cuts or holds plies elsewhere than at the sides of their meshes: the same for all plies of a pack.
-fn is_framed(ply: u32) -> bool { return FRAME && plies[ply].shares_row > 0u; }
+fn is_framed(ply: u32) -> bool { return FRAME && plies[ply].shares > 0u; }
 
 /// Whether an element is there: a frame leaves none outside its opening.
 fn is_present(ply: u32, place: vec2<u32>) -> bool { return !is_framed(ply) || in_frame(ply, PRESENCE, place) > 0.0; }

@@ -34,8 +34,8 @@ struct Ply {
     span: u32,
     /// Longest side of any element [m].
     longest: f32,
-    /// Row of the table of lines where the shares of the nodes of its type begin, 0: no ply of the pack is in a frame.
-    shares_row: u32,
+    /// Place after the beginning of the lines where the shares of the nodes of its type begin, 0: no ply of the pack is in a frame.
+    shares: u32,
     /// Gap to the clay behind it [m], the pressure of that over its areal density [m/s²], 0: there is none, and what this gains with the
     /// depth, over it [1/m].
     clay_gap: f32,

@@ -147,7 +147,8 @@ struct Scene {
     mirror: u32,
     /// Room for points of the rim on each ply.
     constraints: u32,
-    pad: u32,
+    /// Place in `nodes` where the grid lines begin.
+    lines: u32,
     /// About the body's own axes [kg·m²].
     body_inertia: vec3<f32>,
     body_mass: f32,
@@ -200,8 +201,6 @@ const NONE: u32 = 0xffffffffu;
 @group(0) @binding(0) var<uniform> scene: Scene;
 @group(0) @binding(1) var<uniform> step: Step;
 @group(0) @binding(2) var<uniform> plies: array<Ply, 64>;
-/// See `Line`. A texture: a kernel already binds the ten storage buffers that a device is asked for.
-@group(0) @binding(3) var grid_lines: texture_2d<f32>;
 
 /// Place of an invocation in a dispatch, which may spread over two dimensions; the third counts shots.
 struct Invocation {
@@ -239,7 +238,7 @@ struct Shot {
 }
 
 /// Shots that run, in the order of the layers of a dispatch: one that has ended is not dispatched.
-@group(0) @binding(5) var<uniform> shots: array<Shot, 2048>;
+@group(0) @binding(4) var<uniform> shots: array<Shot, 2048>;
 
 /// The one at hand; every kernel takes it from `shots` first.
 var<private> shot: Shot;

@@ -20,7 +20,7 @@ struct Tables {
     curve: array<vec4<f32>, RAMPS>,
 }
 
-@group(0) @binding(4) var<uniform> law: Tables;
+@group(0) @binding(3) var<uniform> law: Tables;
 
 /// Ramp of a yarn (0 warp, 1 weft): start and rise.
 fn ramp_of(which: u32, index: u32) -> vec2<f32> {

@@ -130,10 +130,10 @@ fn bindings_are_those_the_host_makes() {
             .zip(0..)
             .map(|((name, access), at)| ((1, at), (name.variable().to_owned(), Some(*access))));
         let names: &[&str] = match kernel.name {
-            "sweep" | "yarn_load" => &["scene", "step", "plies", "grid_lines", "law"],
-            _ => &["scene", "step", "plies", "grid_lines"],
+            "sweep" | "yarn_load" => &["scene", "step", "plies", "law"],
+            _ => &["scene", "step", "plies"],
         };
-        let common = names.iter().zip(0..).chain([(&"shots", 5)]);
+        let common = names.iter().zip(0..).chain([(&"shots", 4)]);
         let common = common.map(|(name, at)| ((0, at), ((*name).to_owned(), None)));
         assert_eq!(found, common.chain(own).collect(), "{}", kernel.name);
         assert!(kernel.bindings.len() <= 10, "{}: a device is asked for ten storage buffers", kernel.name);
@@ -214,7 +214,7 @@ macro_rules! constants {
 fn expected() -> BTreeMap<&'static str, Vec<f64>> {
     use layout::{cell, clay, status, sum};
     let shared = constants! {
-        layout: GROUP, INVOCATIONS, BODY_WORDS, STATUS_WORDS, NONE, FIXED_POINT_SCALE, LINES_ACROSS, LINE_TEXELS, MATRIX_ROW;
+        layout: GROUP, INVOCATIONS, BODY_WORDS, STATUS_WORDS, NONE, FIXED_POINT_SCALE, LINE_NUMBERS, MATRIX_ROW;
         status: BAD_STEP, EVENTS, FAILED, ERODED, UNCONVERGED, RESIDUAL, OVERFLOW, OVERFLOW_EDGES, COMPUTED, PLY_DEPTH, AT_LIMIT, HOLES, REACH;
         cell: YARNS, DRAG, STRAIN, CELL_FIELDS, RATE_FIELDS, HEIGHT_STEPS;
         sum: WORK, VISCOUS_WORK, EVALUATIONS, RELEASED, RELEASED_HOURGLASS, LAW_RELEASED, HALF_STEP, STORED,

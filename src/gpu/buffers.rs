@@ -3,8 +3,8 @@
 use super::DeviceError;
 use super::layout::{
     BODY_WORDS, CONTACT_GROUPS, CONTACT_WORDS, CONTACT_WORK_FIELDS, EVENT_WORDS, IMPULSE_FIELDS, INVOCATIONS,
-    LINES_ACROSS, Line, MATRIX_ROW, NODE_FIELDS, POINT_WORDS, REACH_WORDS, SHOTS, STATE_SLOTS, STATUS_WORDS,
-    STRENGTH_FIELDS, TOUCH_WORDS, cell, clay, sum, texture_rows,
+    MATRIX_ROW, NODE_FIELDS, POINT_WORDS, REACH_WORDS, SHOTS, STATE_SLOTS, STATUS_WORDS, STRENGTH_FIELDS, TOUCH_WORDS,
+    cell, clay, line_numbers, sum,
 };
 use crate::model::Model;
 
@@ -23,8 +23,6 @@ const CONSTRAINTS: [f64; 2] = [4.0, 64.0];
 const MEMBERS: u64 = 3;
 /// Elements that a workgroup of the energy balance adds up before another one helps.
 const BALANCE_ELEMENTS: usize = 256;
-/// A row of the texture of grid lines [bytes].
-const TEXTURE_ROW: u64 = (LINES_ACROSS * size_of::<Line>()) as u64;
 /// Workgroups of the energy balance at most.
 const BALANCE_GROUPS: usize = 256;
 
@@ -52,7 +50,8 @@ macro_rules! buffers {
 }
 
 buffers! {
-    /// Displacement and velocity, shape (slots, 6, nodes); then, with clay behind the pack, what that has of a node, shape (3, nodes).
+    /// Displacement and velocity, shape (slots, 6, nodes); then, with clay behind the pack, what that has of a node, shape (3, nodes). Behind
+    /// those of all shots the grid lines; see [`lines`](super::layout::lines).
     Nodes = "nodes",
     /// What elements keep from step to step, shape (slots, 7, elements); then strengths, shape (2, elements), where those vary; then, where stress
     /// depends on the rate of strain, its overstress, shape (slots, 2, elements).
@@ -110,8 +109,8 @@ pub struct Sizes {
     pub nodes: u64,
     /// Numbers of a node; see [`BufferId::Nodes`].
     pub node_fields: u64,
-    /// Rows of the texture of grid lines.
-    pub texture_rows: u64,
+    /// Numbers of the grid lines, which all shots share.
+    pub line_numbers: u64,
     /// Room for nodes near the projectile, none without one.
     pub points: u64,
     /// Room for points of the projectile's edge on each ply, none where it is not sampled.
@@ -151,7 +150,7 @@ impl Sizes {
             tiles: [tiles(grid.rows, tile_rows), tiles(grid.columns, INVOCATIONS / tile_rows)],
             nodes,
             node_fields: STATE_SLOTS * NODE_FIELDS + if features.backing { clay::CLAY_FIELDS as u64 } else { 0 },
-            texture_rows: texture_rows(model) as u64,
+            line_numbers: line_numbers(model) as u64,
             points: if model.projectile.is_some() { nodes.min(POINTS) } else { 0 },
             constraints: if model.edges { constraints(model, radius / shortest) } else { 0 },
             groups: (grid.plies * per_ply.div_ceil(BALANCE_ELEMENTS).clamp(1, most)) as u64,
@@ -171,7 +170,13 @@ impl Sizes {
 
     /// Size of a buffer [bytes].
     pub fn bytes(&self, name: BufferId) -> u64 {
-        self.shots * self.bytes_of_shot(name)
+        let lines = if name == BufferId::Nodes { 4 * self.line_numbers } else { 0 };
+        self.shots * self.bytes_of_shot(name) + lines
+    }
+
+    /// Place of the first number of the grid lines in their buffer.
+    pub(crate) fn lines_at(&self) -> u64 {
+        self.shots * self.bytes_of_shot(BufferId::Nodes) / 4
     }
 
     /// A shot's part of a buffer [bytes].
@@ -236,9 +241,8 @@ impl Sizes {
     /// # Errors
     /// [`DeviceError::TooLarge`] with the buffer that does not fit and the memory needed.
     pub fn check(&self, limits: &wgpu::Limits, adapter: &str) -> Result<(), DeviceError> {
-        let lines = [self.texture_rows, limits.max_texture_dimension_2d.into()].map(|rows| rows * TEXTURE_ROW);
-        let buffers = BufferId::ALL.map(|name| (name.variable(), [self.bytes(name), largest_binding(limits)]));
-        for (buffer, [needed, limit]) in buffers.into_iter().chain([("grid_lines", lines)]) {
+        let limit = largest_binding(limits);
+        for (buffer, needed) in BufferId::ALL.map(|name| (name.variable(), self.bytes(name))) {
             if needed > limit {
                 let (adapter, total) = (adapter.to_owned(), self.total());
                 return Err(DeviceError::TooLarge { adapter, buffer, needed, limit, total });

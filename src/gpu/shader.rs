@@ -70,7 +70,7 @@ pub struct Kernel {
     /// Overridable constants that it is compiled for: those that its code reads, of `FRAME` and `BACKING` only those that are worth it. Scenes that
     /// agree in them share the compiled kernel.
     pub constants: &'static [&'static str],
-    /// Bindings of group 1 in order; group 0 is the scene, the step, the plies, their grid lines and the shots.
+    /// Bindings of group 1 in order; group 0 is the scene, the step, the plies and the shots.
     pub bindings: &'static [(BufferId, Access)],
 }
 

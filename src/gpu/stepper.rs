@@ -7,10 +7,7 @@ use std::time::Duration;
 use bytemuck::Pod;
 
 use super::buffers::{BufferId, IN_FLIGHT, Sizes};
-use super::layout::{
-    self, GROUP, LAW_STRIDE, LINE_TEXELS, LINES_ACROSS, Line, PLIES, Ply, SCENE_STRIDE, SHOTS, STEP_STRIDE, Shot,
-    StepInfo,
-};
+use super::layout::{self, GROUP, LAW_STRIDE, PLIES, Ply, SCENE_STRIDE, SHOTS, STEP_STRIDE, Shot, StepInfo};
 pub use super::shader::Stage;
 use super::shader::{self, Access, Extent, KERNELS, Kernel};
 use super::submission::{DeviceClock, STAMP_BYTES, StageTimes};
@@ -104,6 +101,11 @@ impl<'a> DeviceStepper<'a> {
         let features = model.features();
         let storage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
         let buffers = BufferId::ALL.map(|id| device.buffer(id.variable(), sizes.bytes(id), storage)).to_vec();
+        device.queue.write_buffer(
+            &buffers[BufferId::Nodes as usize],
+            4 * sizes.lines_at(),
+            bytemuck::cast_slice(&layout::lines(model)),
+        );
         let common = Common::new(device, model, &sizes);
         let staging_size = sizes.staging() + STAMP_BYTES;
         let staging = [0; IN_FLIGHT].map(|_| device.buffer("staging", staging_size, wgpu::BufferUsages::MAP_READ));
@@ -220,7 +222,7 @@ impl<'a> DeviceStepper<'a> {
     }
 }
 
-/// Group 0: constants of a ply type, step, plies, grid lines, energy of a law, and shots.
+/// Group 0: constants of a ply type, step, plies, energy of a law, and shots.
 struct Common {
     layout: wgpu::BindGroupLayout,
     group: wgpu::BindGroup,
@@ -244,7 +246,6 @@ impl Common {
         let scene = uniform("scene", SCENE_STRIDE * ply_types, &strided(SCENE_STRIDE, scenes));
         let law = uniform("law", LAW_STRIDE * ply_types, bytemuck::cast_slice(&laws));
         let plies = uniform("plies", (PLIES * size_of::<Ply>()) as u64, bytemuck::cast_slice(&layout::plies(model)));
-        let lines = grid_lines(device, &layout::lines(model));
         let steps = device.buffer("steps", STEP_STRIDE * BATCH as u64, UNIFORM);
         let shots_bytes = SHOTS * size_of::<Shot>() as u64;
         let shots = device.buffer("shots", shots_bytes, UNIFORM);
@@ -254,16 +255,10 @@ impl Common {
             has_dynamic_offset,
             min_binding_size: wgpu::BufferSize::new(size),
         };
-        let texture = wgpu::BindingType::Texture {
-            sample_type: wgpu::TextureSampleType::Float { filterable: false },
-            view_dimension: wgpu::TextureViewDimension::D2,
-            multisampled: false,
-        };
         let bindings = [
             (of(true, SCENE_STRIDE), part(&scene, SCENE_STRIDE)),
             (of(true, step_bytes), part(&steps, step_bytes)),
             (of(false, 0), plies.as_entire_binding()),
-            (texture, wgpu::BindingResource::TextureView(&lines)),
             (of(true, LAW_STRIDE), part(&law, LAW_STRIDE)),
             (of(false, shots_bytes), shots.as_entire_binding()),
         ];
@@ -294,27 +289,6 @@ fn bind(
 /// First bytes of a buffer, to be moved by a dynamic offset.
 fn part(buffer: &wgpu::Buffer, size: u64) -> wgpu::BindingResource<'_> {
     wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer, offset: 0, size: wgpu::BufferSize::new(size) })
-}
-
-/// Texture of the grid lines: a kernel already binds the ten storage buffers that a device is asked for.
-fn grid_lines(device: &Device, lines: &[Line]) -> wgpu::TextureView {
-    let across = lines.len().min(LINES_ACROSS);
-    let (width, height) = ((LINE_TEXELS * across) as u32, (lines.len() / across) as u32);
-    let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
-    let texture = device.inner.create_texture(&wgpu::TextureDescriptor {
-        label: Some("grid lines"),
-        size,
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::Rgba32Float,
-        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-        view_formats: &[],
-    });
-    let bytes_per_row = Some((size_of::<Line>() * across) as u32);
-    let rows = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row, rows_per_image: None };
-    device.queue.write_texture(texture.as_image_copy(), bytemuck::cast_slice(lines), rows, size);
-    texture.create_view(&wgpu::TextureViewDescriptor::default())
 }
 
 /// Compiles a kernel with values of its overridable constants, or takes what the device has compiled before. `layouts`: of its groups.

@@ -26,12 +26,8 @@ pub(crate) const STEP_STRIDE: u64 = 256;
 pub(crate) const PLIES: usize = 64;
 /// Most shots in a batch: their constants fill a uniform of the size that every device grants.
 pub const SHOTS: u64 = 2048;
-/// Texels of a grid line.
-pub const LINE_TEXELS: usize = 2;
 /// Numbers of a grid line.
-const LINE_NUMBERS: usize = size_of::<Line>() / size_of::<f32>();
-/// Grid lines in a row of their texture.
-pub const LINES_ACROSS: usize = 1024;
+pub const LINE_NUMBERS: usize = size_of::<Line>() / size_of::<f32>();
 /// Speed of any node over the largest at the start, at most: all the energy in one place.
 const SPEED_MARGIN: f64 = 4.0;
 
@@ -52,7 +48,7 @@ shared! {
         body_back: f32, body_shoulder: f32, body_prescribed: u32, body_bar: u32, friction: f32, ply_friction: f32, rim_depth: f32,
         profile_radius: f32, profile_count: u32, profile_flat: u32, profile_arc: f32, chisel: u32, chisel_half: f32,
         chisel_sine: f32, chisel_cosine: f32, chisel_slope: f32, chisel_corner: f32, points: u32, groups: u32,
-        body_held: u32, mirror: u32, constraints: u32, pad: u32, body_inertia: [f32; 3], body_mass: f32,
+        body_held: u32, mirror: u32, constraints: u32, lines: u32, body_inertia: [f32; 3], body_mass: f32,
         profile: [[f32; 4]; CORNERS],
     }
 
@@ -66,7 +62,7 @@ shared! {
     Ply {
         rows: u32, columns: u32, ply_type: u32, present: u32, origin: [f32; 2], length: [f32; 2], cosine: f32,
         sine: f32, z: f32, depth: f32, touching: f32, thickness: f32, mass: f32, inverse_mass: f32,
-        held: u32, span: u32, longest: f32, shares_row: u32, clay_gap: f32,
+        held: u32, span: u32, longest: f32, shares: u32, clay_gap: f32,
         clay_rate: f32, clay_gain: f32, pad: u32,
     }
 
@@ -115,6 +111,7 @@ pub fn scene(model: &Model<f32>, ply_type: usize, sizes: &Sizes) -> Scene {
         rows: grid.rows as u32,
         elements: (sizes.shots * sizes.elements) as u32,
         nodes: (sizes.shots * sizes.nodes) as u32,
+        lines: sizes.lines_at() as u32,
         shot_elements: sizes.elements as u32,
         shot_nodes: sizes.nodes as u32,
         plies: grid.plies as u32,
@@ -292,7 +289,7 @@ pub fn plies(model: &Model<f32>) -> Vec<Ply> {
             held: constrained(&ply_type.edges) | cut_sides(mesh) << 12,
             span: model.projectile.as_ref().map_or(0, |body| unbroken_cells(mesh, body) as u32),
             longest: mesh.longest() as f32,
-            shares_row: if is_framed { (lines_rows(model) + own.ply_type * frame_rows(model)) as u32 } else { 0 },
+            shares: if is_framed { (grid_numbers(model) + own.ply_type * frame_numbers(model)) as u32 } else { 0 },
             clay_gap,
             clay_rate,
             clay_gain,
@@ -345,9 +342,9 @@ pub fn line(ply_type: &PlyType<f32>, from: &Vector3<f64>, axis: usize, line: usi
     }
 }
 
-/// Grid lines, shape (ply types, axes, room for the longest axis), in whole rows of the texture; then what frames say of nodes.
-pub fn lines(model: &Model<f32>) -> Vec<Line> {
-    let room = model.grid.columns.max(model.grid.rows) + 2;
+/// Grid lines, shape (ply types, axes, room for the longest axis, 8); then what frames say of nodes.
+pub fn lines(model: &Model<f32>) -> Vec<f32> {
+    let room = lines_room(model);
     let (mut out, from) = (Vec::new(), device_origin(model));
     for ply_type in &model.ply_types {
         for (axis, elements) in [ply_type.mesh.columns, ply_type.mesh.rows].into_iter().enumerate() {
@@ -356,33 +353,38 @@ pub fn lines(model: &Model<f32>) -> Vec<Line> {
             out.resize(end, Line::default());
         }
     }
-    out.resize(LINES_ACROSS * lines_rows(model), Line::default());
+    let mut numbers = bytemuck::cast_slice(&out).to_vec();
     if model.features().frame {
-        model.ply_types.iter().for_each(|ply_type| out.extend(frame(model, ply_type)));
+        numbers.extend(model.ply_types.iter().flat_map(|ply_type| frame(model, ply_type)));
     }
-    out
+    numbers
 }
 
-/// Rows of the texture of grid lines, without what frames say of nodes.
-fn lines_rows(model: &Model<f32>) -> usize {
-    (2 * model.ply_types.len() * (model.grid.columns.max(model.grid.rows) + 2)).div_ceil(LINES_ACROSS)
+/// Room for the lines across an axis of a ply type.
+fn lines_room(model: &Model<f32>) -> usize {
+    model.grid.columns.max(model.grid.rows) + 2
 }
 
-/// Rows of that texture with two numbers for each node of a ply type.
-fn frame_rows(model: &Model<f32>) -> usize {
-    (2 * model.nodes_per_ply()).div_ceil(LINE_NUMBERS * LINES_ACROSS)
+/// Numbers of the grid lines, without what frames say of nodes.
+fn grid_numbers(model: &Model<f32>) -> usize {
+    LINE_NUMBERS * 2 * model.ply_types.len() * lines_room(model)
 }
 
-/// Rows of that texture in all.
-pub(crate) fn texture_rows(model: &Model<f32>) -> usize {
-    lines_rows(model) + if model.features().frame { model.ply_types.len() * frame_rows(model) } else { 0 }
+/// Numbers that frames say of the nodes of a ply type.
+fn frame_numbers(model: &Model<f32>) -> usize {
+    if model.features().frame { 2 * model.nodes_per_ply() } else { 0 }
+}
+
+/// Numbers of [`lines`].
+pub(crate) fn line_numbers(model: &Model<f32>) -> usize {
+    grid_numbers(model) + model.ply_types.len() * frame_numbers(model)
 }
 
 /// Shares of the nodes of a ply type in the mass of an inner node of the finest elements, negative or 0 where they are held, then 1 for the
-/// elements that are there; shape (2, rows + 1, columns + 1) of the storage, in whole rows of the texture.
-fn frame(model: &Model<f32>, ply_type: &PlyType<f32>) -> Vec<Line> {
+/// elements that are there; shape (2, rows + 1, columns + 1) of the storage.
+fn frame(model: &Model<f32>, ply_type: &PlyType<f32>) -> Vec<f32> {
     let (mesh, across) = (&ply_type.mesh, model.grid.columns + 1);
-    let mut numbers = vec![0.0_f32; LINE_NUMBERS * LINES_ACROSS * frame_rows(model)];
+    let mut numbers = vec![0.0; frame_numbers(model)];
     for (row, column) in ply_type.nodes() {
         let share = f64::from(ply_type.row_mass(row).mass[column]) / node_mass(ply_type);
         let at = row * across + column;
@@ -390,7 +392,7 @@ fn frame(model: &Model<f32>, ply_type: &PlyType<f32>) -> Vec<Line> {
         let is_element = row < mesh.rows && column < mesh.columns;
         numbers[model.nodes_per_ply() + at] = f32::from(u8::from(is_element && mesh.is_present(row, column)));
     }
-    bytemuck::cast_slice(&numbers).to_vec()
+    numbers
 }
 
 /// Constants of a shot with that place in storage.
