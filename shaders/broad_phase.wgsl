@@ -25,8 +25,7 @@ fn collect(local: u32) -> u32 {
             atomicStore(&candidates[mark_word(word)], 0u);
         }
         if (bits != 0u) { atomicStore(&candidates[mark_word(words + summary)], 0u); }
-        total += scan[WIDTH - 1u];
-        workgroupBarrier();
+        total += workgroupUniformLoad(&scan[WIDTH - 1u]);
     }
     if (total > scene.points && local == 0u) { atomicStore(&status[counter(OVERFLOW)], total); }
     storageBarrier();

@@ -38,8 +38,7 @@ fn list_members(local: u32) -> u32 {
                 members[block_number(at + i)] = points[point_number(p)].block;
             }
         }
-        total += scan[WIDTH - 1u];
-        workgroupBarrier();
+        total += workgroupUniformLoad(&scan[WIDTH - 1u]);
     }
     storageBarrier();
     for (var m = local; m < total; m += WIDTH) {
@@ -72,11 +71,10 @@ fn list_members(local: u32) -> u32 {
         if (m < total) { row = m + 1u - touches[touch_number(members[member_number(m)])].begin; }
         let at = entries + sum_up_to(row, local) - row;
         if (m < total) { touches[touch_number(members[member_number(m)])].row = matrix_number(at); }
-        entries += scan[WIDTH - 1u];
-        workgroupBarrier();
+        entries += workgroupUniformLoad(&scan[WIDTH - 1u]);
     }
     storageBarrier();
-    if (entries <= matrix_room()) { return total; }
+    if (!vote(entries > matrix_room(), local)) { return total; }
     // Where there is no room for them each stands alone: the run ends by its counter.
     if (local == 0u) { atomicMax(&status[counter(OVERFLOW_EDGES)], entries / MATRIX_ROW); }
     for (var t = local; t < extent.y; t += WIDTH) { touches[touch_number(t)].member = NONE; }

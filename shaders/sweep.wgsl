@@ -107,11 +107,13 @@ fn add_up(first_sum: u32, local: u32) {
 }
 
 @compute @workgroup_size(256)
-fn sweep(id: Invocation) {
-    shot = shots[id.group.z];
+fn sweep(
+    @builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) local: u32,
+) {
+    // No `Invocation`: one that has `local` in it does not count as the same for all invocations, and a barrier must.
+    shot = shots[group.z];
     body = bodies[shot.number];
-    let local = id.local;
-    let number = id.group.y * id.groups.x + id.group.x;
+    let number = group.y * groups.x + group.x;
     let counts = tile_counts();
     let ply = number / (counts.x * counts.y);
     if (ply >= scene.plies || plies[ply].ply_type != scene.ply_type) { return; }
