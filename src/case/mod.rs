@@ -218,6 +218,8 @@ const SNAPSHOT_BYTES: usize = 80;
 pub(crate) const FRAMES_BYTES: usize = 128 << 20;
 /// One row of the history [bytes].
 const ROW_BYTES: f64 = 200.0;
+/// Bytes of a page of a browser that a run may take: addresses have 32 bits.
+const WASM_BYTES: f64 = 2e9;
 /// Remedy for a mesh that is too large.
 const SMALLER: &str = "reduce width_mm and height_mm, or raise crossovers_per_element";
 
@@ -312,6 +314,9 @@ fn memory_needed(case: &Case) -> f64 {
 
 /// Bytes that this machine, or the container around the process, has left; `None` where it does not say.
 fn memory_available() -> Option<f64> {
+    if cfg!(target_family = "wasm") {
+        return Some(WASM_BYTES);
+    }
     let mut system = sysinfo::System::new();
     system.refresh_memory();
     let machine = system.available_memory();

@@ -3,7 +3,8 @@
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::Instant;
+
+use web_time::Instant;
 
 use super::DeviceError;
 
@@ -58,9 +59,14 @@ impl Adapter {
 /// Vulkan, Metal or DirectX 12. OpenGL is left out: its one context at a time fails where several threads open devices, and machines
 /// that have it alone compute in software, slower than the CPU backend.
 pub fn adapters() -> Vec<Adapter> {
+    pollster::block_on(find_adapters())
+}
+
+/// As [`adapters`], where nothing may block.
+pub async fn find_adapters() -> Vec<Adapter> {
     let backends = wgpu::Backends::PRIMARY;
     let descriptor = wgpu::InstanceDescriptor { backends, ..wgpu::InstanceDescriptor::new_without_display_handle() };
-    let found = pollster::block_on(wgpu::Instance::new(descriptor).enumerate_adapters(backends));
+    let found = wgpu::Instance::new(descriptor).enumerate_adapters(backends).await;
     let mut adapters: Vec<Adapter> = found.into_iter().map(|inner| Adapter { info: inner.get_info(), inner }).collect();
     adapters.sort_by_key(|adapter| adapter.class().0);
     adapters
@@ -127,7 +133,15 @@ impl Device {
     /// # Errors
     /// When it grants less than every WebGPU device must, or fewer storage buffers than a kernel binds, or the driver refuses.
     pub fn open(adapter: &Adapter) -> Result<Self, DeviceError> {
-        Self::open_narrow(adapter, wgpu::Limits::default().max_compute_workgroups_per_dimension)
+        pollster::block_on(Self::request(adapter))
+    }
+
+    /// As [`Self::open`], where nothing may block.
+    ///
+    /// # Errors
+    /// As [`Self::open`].
+    pub async fn request(adapter: &Adapter) -> Result<Self, DeviceError> {
+        Self::request_narrow(adapter, wgpu::Limits::default().max_compute_workgroups_per_dimension).await
     }
 
     /// Opens an adapter with at most `workgroups` per dimension of a dispatch: larger ones spread over two dimensions, which
@@ -136,7 +150,7 @@ impl Device {
     /// # Errors
     /// As [`Self::open`].
     #[doc(hidden)]
-    pub fn open_narrow(adapter: &Adapter, workgroups: u32) -> Result<Self, DeviceError> {
+    pub async fn request_narrow(adapter: &Adapter, workgroups: u32) -> Result<Self, DeviceError> {
         let has = adapter.inner.limits();
         let limits = wgpu::Limits {
             max_compute_workgroups_per_dimension: workgroups,
@@ -152,12 +166,16 @@ impl Device {
             memory_hints: wgpu::MemoryHints::Performance,
             ..wgpu::DeviceDescriptor::default()
         };
-        let (inner, queue) = pollster::block_on(adapter.inner.request_device(&descriptor))
+        let (inner, queue) = adapter
+            .inner
+            .request_device(&descriptor)
+            .await
             .map_err(|e| DeviceError::Refused { adapter: adapter.name().to_owned(), reason: e.to_string() })?;
         Ok(Self::new(inner, queue, adapter.name().to_owned(), adapter.is_hardware()))
     }
 
     /// A device that accepts everything and computes nothing: it checks pipelines and bindings where there is no driver.
+    #[cfg(not(target_family = "wasm"))]
     #[doc(hidden)]
     pub fn noop() -> Self {
         let descriptor = wgpu::DeviceDescriptor { required_limits: limits(), ..wgpu::DeviceDescriptor::default() };

@@ -1,9 +1,8 @@
 //! Steps sent off in one submission, and the results read back after it: samples, counters and failures of every shot that runs, and the
 //! time that stages took by the device's clock.
 
-use std::time::Instant;
-
 use serde::{Deserialize, Serialize};
+use web_time::Instant;
 
 use super::buffers::{BufferId, EVENT_WINDOW, IN_FLIGHT};
 use super::layout::{EVENT_WORDS, Event, STATUS_WORDS, StepInfo, status};
@@ -126,13 +125,13 @@ impl DeviceStepper<'_> {
     ///
     /// # Errors
     /// When the device was lost.
-    pub fn collect(&mut self, batch: &Pending) -> Result<Vec<BatchResult>, DeviceError> {
+    pub async fn collect(&mut self, batch: &Pending) -> Result<Vec<BatchResult>, DeviceError> {
         let shots = batch.windows.len();
         let window_bytes: u64 = batch.windows.iter().map(|window| window.count * EVENT_BYTES).sum();
         let known = self.sample_bytes(batch.samples, shots) + self.sizes.bytes(BufferId::Status) + window_bytes;
         let size = known + if self.clock.is_some() { STAMP_BYTES } else { 0 };
         let start = Instant::now();
-        let words = self.fetch(&self.staging[batch.staging], size, Some(batch.submission.clone()));
+        let words = self.fetch(&self.staging[batch.staging], size, Some(batch.submission.clone())).await;
         self.waited += start.elapsed();
         let words = words?;
         let (words, stamps) = words.split_at(known as usize / 4);
@@ -154,14 +153,14 @@ impl DeviceStepper<'_> {
             result.status.copy_from_slice(&counters[window.shot * status_words..][..STATUS_WORDS]);
             let (copied, later) = events.split_at((window.count * EVENT_WORDS) as usize);
             events = later;
-            result.events = self.new_events(window, copied, u64::from(result.status[status::EVENTS]))?;
+            result.events = self.new_events(window, copied, u64::from(result.status[status::EVENTS])).await?;
             results.push(result);
         }
         Ok(results)
     }
 
     /// Events of a shot up to the `count`-th that have not been read, in the order in which the processor finds them.
-    fn new_events(
+    async fn new_events(
         &mut self,
         window: &EventWindow,
         copied: &[u32],
@@ -175,7 +174,7 @@ impl DeviceStepper<'_> {
             let [from, to] = [read, count].map(|at| ((at - window.first) * EVENT_WORDS) as usize);
             copied[from..to].to_vec()
         } else {
-            self.read_part(BufferId::Events, self.event_offset(window.shot, read), (count - read) * EVENT_BYTES)?
+            self.read_part(BufferId::Events, self.event_offset(window.shot, read), (count - read) * EVENT_BYTES).await?
         };
         let mut events: Vec<Event> = bytemuck::pod_collect_to_vec(&words);
         events.sort_by_key(|event| (event.step, event.element, event.yarn));

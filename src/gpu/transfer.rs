@@ -1,8 +1,8 @@
 //! Transfer of states to the device and back.
 
 use std::ops::Range;
-use std::sync::mpsc;
-use std::time::Duration;
+
+use futures_channel::oneshot;
 
 use super::DeviceError;
 use super::buffers::BufferId;
@@ -13,9 +13,6 @@ use crate::model::layup::SIDES;
 use crate::solver::element_totals::field as element;
 use crate::solver::node_update::field as node;
 use crate::solver::state::{ActiveRegion, Rows, State};
-
-/// Wait for the driver to report a finished mapping.
-const SOON: Duration = Duration::from_secs(10);
 
 /// Buffers that begin at zero with a state.
 const CLEARED: [BufferId; 7] = [
@@ -144,11 +141,11 @@ impl DeviceStepper<'_> {
     ///
     /// # Errors
     /// When the device was lost.
-    pub fn download(&self, shot: usize, model: &Model<f32>, state: &mut State<f32>) -> Result<(), DeviceError> {
+    pub async fn download(&self, shot: usize, model: &Model<f32>, state: &mut State<f32>) -> Result<(), DeviceError> {
         let strains = state.elements.fields - element::STRAIN;
         let (columns, slot) = (self.grid.columns, (state.step as usize + 1) % STATE_SLOTS as usize);
         let names = [BufferId::Nodes, BufferId::Cells, BufferId::Status, BufferId::Over, BufferId::Body];
-        let [nodes, cells, counters, over, body] = self.read_shot(names, shot)?;
+        let [nodes, cells, counters, over, body] = self.read_shot(names, shot).await?;
         for (slot, fields) in [(slot, 0..node::COUNT), (STATE_SLOTS as usize, node::COUNT..state.nodes.fields)] {
             let words = &nodes[slot * node::COUNT * self.sizes.nodes as usize..];
             set_planes(&mut state.nodes, fields, 0, columns + 1, bytemuck::cast_slice(words));
@@ -185,10 +182,10 @@ impl DeviceStepper<'_> {
     }
 
     /// Words of one shot of some buffers, fetched together.
-    fn read_shot<const N: usize>(&self, names: [BufferId; N], shot: usize) -> Result<[Vec<u32>; N], DeviceError> {
+    async fn read_shot<const N: usize>(&self, names: [BufferId; N], shot: usize) -> Result<[Vec<u32>; N], DeviceError> {
         let copies: Vec<(BufferId, [u64; 2])> =
             names.iter().flat_map(|name| self.places(*name, shot).map(|place| (*name, place))).collect();
-        let words = self.read_copies(&copies)?;
+        let words = self.read_copies(&copies).await?;
         let mut rest = words.as_slice();
         Ok(names.map(|name| {
             let [fields, count] = self.sizes.shape(name);
@@ -202,16 +199,16 @@ impl DeviceStepper<'_> {
     ///
     /// # Errors
     /// When the device was lost.
-    pub fn read(&self, name: BufferId) -> Result<Vec<u32>, DeviceError> {
-        self.read_part(name, 0, self.sizes.bytes(name))
+    pub async fn read(&self, name: BufferId) -> Result<Vec<u32>, DeviceError> {
+        self.read_part(name, 0, self.sizes.bytes(name)).await
     }
 
-    pub(crate) fn read_part(&self, name: BufferId, offset: u64, size: u64) -> Result<Vec<u32>, DeviceError> {
-        self.read_copies(&[(name, [offset, size])])
+    pub(crate) async fn read_part(&self, name: BufferId, offset: u64, size: u64) -> Result<Vec<u32>, DeviceError> {
+        self.read_copies(&[(name, [offset, size])]).await
     }
 
     /// Words of parts of buffers, by offset and size [bytes], one after another.
-    fn read_copies(&self, parts: &[(BufferId, [u64; 2])]) -> Result<Vec<u32>, DeviceError> {
+    async fn read_copies(&self, parts: &[(BufferId, [u64; 2])]) -> Result<Vec<u32>, DeviceError> {
         let size = parts.iter().map(|(_, [_, size])| size).sum();
         let staging = self.device.buffer("read", size, wgpu::BufferUsages::MAP_READ);
         let mut encoder = self.device.inner.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
@@ -221,25 +218,25 @@ impl DeviceStepper<'_> {
             to += size;
         }
         self.device.queue.submit([encoder.finish()]);
-        self.fetch(&staging, size, None)
+        self.fetch(&staging, size, None).await
     }
 
-    /// Words of a mappable buffer, once a submission (or everything) is done.
-    pub(crate) fn fetch(
+    /// Words of a mappable buffer, once a submission (or everything) is done. In a browser nothing may block: there the future is done later.
+    pub(crate) async fn fetch(
         &self,
         staging: &wgpu::Buffer,
         size: u64,
         after: Option<wgpu::SubmissionIndex>,
     ) -> Result<Vec<u32>, DeviceError> {
-        let (sender, receiver) = mpsc::channel();
+        let (sender, mapped) = oneshot::channel();
         staging.map_async(wgpu::MapMode::Read, 0..size, move |result| {
-            // The receiver lives until the wait below is over.
+            // Nobody waits for it where the wait below fails.
             sender.send(result).ok();
         });
         self.device.wait(after)?;
         let failed = |reason: String| self.device.lost(reason);
         // Another thread that waits for the same device may be the one that reports, a moment later.
-        receiver.recv_timeout(SOON).map_err(|e| failed(e.to_string()))?.map_err(|e| failed(e.to_string()))?;
+        mapped.await.map_err(|e| failed(e.to_string()))?.map_err(|e| failed(e.to_string()))?;
         let words = {
             let view = staging.get_mapped_range(0..size).map_err(|e| failed(e.to_string()))?;
             bytemuck::pod_collect_to_vec::<u8, u32>(&view)

@@ -1,6 +1,6 @@
 //! Several numbers at once: the kernels' fast path on the CPU, and memory that they load and store well.
 //!
-//! Vectors of the widest registers that the processor has (AVX-512, AVX2, Neon), chosen when the program runs.
+//! Vectors of the widest registers that the processor has (AVX-512, AVX2, Neon, in a browser those of 128 bits), chosen when the program runs.
 //! Not SSE2: it has no fused multiply-add, without which f64 is as slow as one number at a time.
 //! Every lane does exactly what one number alone would do, so results are the same bits for any width.
 //! A vector in memory must not straddle lines of the cache, which takes the processor twice as long.
@@ -27,6 +27,9 @@ pub enum Vectors {
     /// 128 bits.
     #[cfg(target_arch = "aarch64")]
     Neon(fearless_simd::Neon),
+    /// 128 bits, in a browser.
+    #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+    Wasm(fearless_simd::WasmSimd128),
 }
 
 impl Vectors {
@@ -42,6 +45,8 @@ impl Vectors {
         }
         #[cfg(target_arch = "aarch64")]
         all.extend(fearless_simd::Level::new().as_neon().map(Self::Neon));
+        #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+        all.extend(fearless_simd::Level::new().as_wasm_simd128().map(Self::Wasm));
         all.push(Self::None);
         all
     }
@@ -61,6 +66,8 @@ impl Vectors {
             Self::Avx2(_) => "avx2",
             #[cfg(target_arch = "aarch64")]
             Self::Neon(_) => "neon",
+            #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+            Self::Wasm(_) => "simd128",
         }
     }
 }

@@ -3,7 +3,8 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
+
+use web_time::Instant;
 
 use super::device::DeviceSimulation;
 use super::record::RunRecord;
@@ -114,7 +115,7 @@ impl<'a> DeviceBatch<'a> {
             if interrupt.load(Ordering::Relaxed) {
                 return Ok(false);
             }
-            self.simulation.advance_all(&cases, &mut ())?;
+            pollster::block_on(self.simulation.advance_all(&cases, &mut ()))?;
             for (number, reported) in reported.iter_mut().enumerate() {
                 if *reported || !self.simulation.shots[number].ended {
                     continue;
@@ -172,7 +173,7 @@ impl DeviceShot {
     }
 
     /// Takes the results of a batch of steps, sample by sample, up to the end of the run.
-    pub(super) fn take(
+    pub(super) async fn take(
         &mut self,
         stepper: &DeviceStepper<'_>,
         state: &mut State<f32>,
@@ -188,7 +189,7 @@ impl DeviceShot {
                 break;
             }
             self.record.add_failures(std::iter::from_fn(|| events.next_if(|e| e.step <= info.index)));
-            self.sample(stepper, state, case, info, words)?;
+            self.sample(stepper, state, case, info, words).await?;
             self.record.run.steps = info.index + 1;
         }
         if self.record.is_over() {
@@ -200,7 +201,7 @@ impl DeviceShot {
         check_room(stepper.device.name(), &stepper.sizes, &result.status)?;
         if bad < u64::from(layout::NONE) {
             // The bad step wrote its slot, and no later one wrote the other.
-            self.download(stepper, state, bad + 1)?;
+            self.download(stepper, state, bad + 1).await?;
             state.step = bad;
             self.record.diagnose(&self.model, state, ("kinetic energy", f64::NAN));
         }
@@ -208,18 +209,18 @@ impl DeviceShot {
     }
 
     /// Reads the state after `steps` steps.
-    pub(super) fn download(
+    pub(super) async fn download(
         &self,
         stepper: &DeviceStepper<'_>,
         state: &mut State<f32>,
         steps: u64,
     ) -> Result<(), DeviceError> {
         state.step = steps;
-        stepper.download(self.number, &self.model, state)
+        stepper.download(self.number, &self.model, state).await
     }
 
     /// Makes one row of the history of one sample.
-    fn sample(
+    async fn sample(
         &mut self,
         stepper: &DeviceStepper<'_>,
         state: &mut State<f32>,
@@ -244,13 +245,13 @@ impl DeviceShot {
         let covered = |_: &RigidBody, ply: usize| sums.ply(ply, count).add(sum::COVERED) > 0.5;
         if self.record.sample(case, info.index as f64 * self.model.dt, flight, covered) {
             // This step is the last one that the device has done.
-            self.download(stepper, state, info.index + 1)?;
+            self.download(stepper, state, info.index + 1).await?;
             self.record.look(case, &self.model, state);
         }
         let body = body.as_ref().map(|record| &record.body);
         if let Some(excess) = self.record.balance.excess(sums.add(sum::KINETIC), body, true) {
             // The place is looked for in the state as it is now, at most two batches later.
-            self.download(stepper, state, info.index + 1)?;
+            self.download(stepper, state, info.index + 1).await?;
             self.record.diagnose(&self.model, state, excess);
         }
         Ok(())

@@ -7,9 +7,10 @@ use std::borrow::Cow;
 use std::collections::VecDeque;
 use std::io::{self, Write};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
+use web_time::Instant;
 
 use super::batch::DeviceShot;
 use super::checkpoint::{self, BackendId, Checkpoint, Checkpointable, Header};
@@ -127,14 +128,18 @@ impl<'a> DeviceSimulation<'a> {
 
     /// Sends a batch of steps off, and takes over the one before it, which computed while this one was recorded. A failure of a single shot
     /// ends that one alone.
-    pub(super) fn advance_all(&mut self, cases: &[&Case], observer: &mut dyn Observer) -> Result<(), DeviceError> {
+    pub(super) async fn advance_all(
+        &mut self,
+        cases: &[&Case],
+        observer: &mut dyn Observer,
+    ) -> Result<(), DeviceError> {
         let time = self.time_of(self.next);
         if !self.complete && self.state_due(cases, observer, time) {
-            self.collect_all(cases)?;
+            self.collect_all(cases).await?;
             let Self { stepper, shots, state, .. } = self;
             for (shot, case) in shots.iter_mut().zip(cases).filter(|(shot, _)| !shot.ended) {
                 if shot.record.needs_state(case, time) || observer.snapshot_due(time, shot.model.dt) {
-                    shot.download(stepper, state, self.next)?;
+                    shot.download(stepper, state, self.next).await?;
                 }
                 shot.record.read_state(&shot.model, state, case, observer, time);
             }
@@ -151,24 +156,24 @@ impl<'a> DeviceSimulation<'a> {
             self.pending.push_back((steps, batch));
         }
         if waits {
-            self.collect_all(cases)?;
+            self.collect_all(cases).await?;
         } else if !self.finished() && (self.complete || self.pending.len() > 1) {
-            self.collect(cases)?;
+            self.collect(cases).await?;
         }
         Ok(())
     }
 
-    fn collect_all(&mut self, cases: &[&Case]) -> Result<(), DeviceError> {
+    async fn collect_all(&mut self, cases: &[&Case]) -> Result<(), DeviceError> {
         while !self.pending.is_empty() && !self.finished() {
-            self.collect(cases)?;
+            self.collect(cases).await?;
         }
         Ok(())
     }
 
     /// Takes over the oldest batch on its way.
-    fn collect(&mut self, cases: &[&Case]) -> Result<(), DeviceError> {
+    async fn collect(&mut self, cases: &[&Case]) -> Result<(), DeviceError> {
         let Some((steps, batch)) = self.pending.pop_front() else { return Ok(()) };
-        let results = self.stepper.collect(&batch)?;
+        let results = self.stepper.collect(&batch).await?;
         self.adapt(steps.len());
         let last = self.complete && self.pending.is_empty();
         let Self { stepper, shots, state, .. } = self;
@@ -177,7 +182,7 @@ impl<'a> DeviceSimulation<'a> {
             if shot.ended {
                 continue; // it ran on beyond its end
             }
-            match shot.take(stepper, state, cases[result.shot], &steps, result) {
+            match shot.take(stepper, state, cases[result.shot], &steps, result).await {
                 Err(lost @ DeviceError::Lost { .. }) => return Err(lost),
                 taken => shot.unless_lost(taken),
             }
@@ -269,12 +274,12 @@ impl<'a> DeviceSimulation<'a> {
 
     /// Sends a batch off, and takes over the one before it, which computed while this one was recorded.
     pub fn advance(&mut self, case: &Case) {
-        Backend::advance(self, case, &mut ());
+        pollster::block_on(Backend::advance(self, case, &mut ()));
     }
 
     /// Takes over everything on its way, so that the record is up to date with the device.
     pub fn settle(&mut self, case: &Case) {
-        let settled = self.collect_all(&[case]);
+        let settled = pollster::block_on(self.collect_all(&[case]));
         self.shot().unless_lost(settled);
     }
 
@@ -293,8 +298,8 @@ impl Backend for DeviceSimulation<'_> {
         &mut self.shot().record
     }
 
-    fn advance(&mut self, case: &Case, observer: &mut dyn Observer) -> bool {
-        let advanced = self.advance_all(&[case], observer);
+    async fn advance(&mut self, case: &Case, observer: &mut dyn Observer) -> bool {
+        let advanced = self.advance_all(&[case], observer).await;
         self.shot().unless_lost(advanced);
         true
     }
@@ -307,13 +312,13 @@ impl Backend for DeviceSimulation<'_> {
         !self.finished()
     }
 
-    fn show_end(&mut self, observer: &mut dyn Observer) {
+    async fn show_end(&mut self, observer: &mut dyn Observer) {
         let Self { stepper, state, shots, next, .. } = self;
         let run = &shots[0].record.run;
         if run.steps != *next || run.lost.is_some() {
             return;
         }
-        match shots[0].download(stepper, state, *next) {
+        match shots[0].download(stepper, state, *next).await {
             Ok(()) => observer.on_end(&View::Single(&shots[0].model, state)),
             Err(error) => shots[0].record.run.lost = Some(error.to_string()),
         }
@@ -360,7 +365,8 @@ impl Checkpointable for DeviceSimulation<'_> {
         let Self { stepper, next, sampled, shots, .. } = self;
         let [time, time_step] = self.clock();
         let header = Header { step: *next, time, time_step, ..header.clone() };
-        let bytes = |id: &BufferId| stepper.read(*id).map(|words| bytemuck::cast_slice(&words).to_vec());
+        let bytes =
+            |id: &BufferId| pollster::block_on(stepper.read(*id)).map(|words| bytemuck::cast_slice(&words).to_vec());
         let state = DeviceState {
             record: Cow::Borrowed(&shots[0].record),
             sampled: *sampled,

@@ -25,9 +25,9 @@ mod snapshot;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
 
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
+use web_time::Instant;
 
 use crate::case::{Case, CaseError};
 use crate::gpu::{Device, DeviceError};
@@ -322,27 +322,37 @@ pub fn run(
         .num_threads(threads)
         .build()
         .map_err(|e| RunError::Threads { threads, reason: e.to_string() })?;
-    let run = || {
-        let (start, before) = (Instant::now(), options.from.map_or(0.0, |from| from.header.loop_seconds));
-        // Time in the loop so far, of all parts of the run [s].
-        let seconds = || before + start.elapsed().as_secs_f64();
-        Ok(match (options.device, options.precision) {
-            #[cfg(feature = "gpu")]
-            (Some(device), _) => {
-                let simulation = device::DeviceSimulation::open(case, device, &options)?;
-                drive(simulation, case, &seconds, interrupt, observer)
-            }
-            #[cfg(not(feature = "gpu"))]
-            (Some(device), _) => match *device {},
-            (None, Precision::F64) => {
-                drive(Simulation::<f64>::open(case, &options)?, case, &seconds, interrupt, observer)
-            }
-            (None, Precision::F32) => {
-                drive(Simulation::<f32>::open(case, &options)?, case, &seconds, interrupt, observer)
-            }
-        })
-    };
-    pool.install(run)
+    pool.install(|| pollster::block_on(run_here(case, options, interrupt, observer)))
+}
+
+/// Runs a case on the threads at hand. While a device computes, nothing blocks: the page of a browser allows neither more threads nor that.
+///
+/// # Errors
+/// As [`run`], but for threads.
+pub async fn run_here(
+    case: &Case,
+    options: Options<'_>,
+    interrupt: &AtomicBool,
+    observer: &mut dyn Observer,
+) -> Result<Run, RunError> {
+    let (start, before) = (Instant::now(), options.from.map_or(0.0, |from| from.header.loop_seconds));
+    // Time in the loop so far, of all parts of the run [s].
+    let seconds = || before + start.elapsed().as_secs_f64();
+    Ok(match (options.device, options.precision) {
+        #[cfg(feature = "gpu")]
+        (Some(device), _) => {
+            let simulation = device::DeviceSimulation::open(case, device, &options)?;
+            drive(simulation, case, &seconds, interrupt, observer).await
+        }
+        #[cfg(not(feature = "gpu"))]
+        (Some(device), _) => match *device {},
+        (None, Precision::F64) => {
+            drive(Simulation::<f64>::open(case, &options)?, case, &seconds, interrupt, observer).await
+        }
+        (None, Precision::F32) => {
+            drive(Simulation::<f32>::open(case, &options)?, case, &seconds, interrupt, observer).await
+        }
+    })
 }
 
 /// Model and state of a case: of the part that is computed with these skips.
@@ -364,17 +374,17 @@ trait Backend: Checkpointable {
     /// Record of the run so far.
     fn record(&mut self) -> &mut RunRecord;
     /// Takes one step, or a batch of them. The observer sees the state before a step where that is due. True where there is progress to show.
-    fn advance(&mut self, case: &Case, observer: &mut dyn Observer) -> bool;
+    async fn advance(&mut self, case: &Case, observer: &mut dyn Observer) -> bool;
     /// Takes over what is on its way, to be saved. False where there is nothing to save: the run has not begun, or its end is on the way.
     fn ready_for_checkpoint(&mut self, case: &Case) -> bool;
     /// Shows the observer the state after the last step.
-    fn show_end(&mut self, observer: &mut dyn Observer);
+    async fn show_end(&mut self, observer: &mut dyn Observer);
     /// Results. `loop_seconds`: time spent in the loop [s].
     fn finish(self, loop_seconds: f64) -> Run;
 }
 
 /// Host loop: steps, until the run is over or the user ends it.
-fn drive(
+async fn drive(
     mut backend: impl Backend,
     case: &Case,
     seconds: &dyn Fn() -> f64,
@@ -388,10 +398,10 @@ fn drive(
             observer.on_checkpoint(&backend, seconds());
         }
         backend.record().run.interrupted |= ends;
-        if backend.advance(case, observer) {
+        if backend.advance(case, observer).await {
             observer.on_progress(&backend.record().progress(case));
         }
     }
-    backend.show_end(observer);
+    backend.show_end(observer).await;
     backend.finish(seconds())
 }

@@ -68,7 +68,7 @@ impl<S: RunScalar> Simulation<S> {
 
     /// One step; true if it was sampled.
     pub fn advance(&mut self, case: &Case) -> bool {
-        Backend::advance(self, case, &mut ())
+        pollster::block_on(Backend::advance(self, case, &mut ()))
     }
 
     /// Results. `loop_seconds`: time spent in the loop [s].
@@ -92,7 +92,7 @@ impl<S: RunScalar> Backend for Simulation<S> {
         &mut self.record
     }
 
-    fn advance(&mut self, case: &Case, observer: &mut dyn Observer) -> bool {
+    async fn advance(&mut self, case: &Case, observer: &mut dyn Observer) -> bool {
         let time = self.time();
         self.record.read_state(&self.model, &self.state, case, observer, time);
         let sample = self.record.sample_due(case, time);
@@ -124,7 +124,7 @@ impl<S: RunScalar> Backend for Simulation<S> {
         self.state.step > 0
     }
 
-    fn show_end(&mut self, observer: &mut dyn Observer) {
+    async fn show_end(&mut self, observer: &mut dyn Observer) {
         observer.on_end(&S::view(&self.model, &self.state));
     }
 

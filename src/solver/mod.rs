@@ -27,10 +27,11 @@ pub mod node_update;
 pub mod state;
 pub mod sweep;
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
+use web_time::Instant;
 
 use crate::model::Model;
 use crate::num::scalar::Scalar;

@@ -45,7 +45,8 @@ fn model(plies: usize) -> Model<f32> {
 /// Ordinary limits spread a dispatch only from four million elements on; a narrow device does so at once.
 fn two_dimensions(device: &'static Device) -> Outcome {
     let case = builtin(CASE, &["/solver/end_time_us=6", "/projectile/velocity_m_s=600"]);
-    let narrow = Device::open_narrow(&device::choose(&adapters(), None).map_err(|e| e.to_string())?, 7);
+    let narrow =
+        pollster::block_on(Device::request_narrow(&device::choose(&adapters(), None).map_err(|e| e.to_string())?, 7));
     let narrow = narrow.map_err(|e| e.to_string())?;
     assert_eq!(narrow.limits().max_compute_workgroups_per_dimension, 7);
     let [wide, folded] = [device, &narrow].map(|on| Options::default().device(on).run(&case).unwrap());

@@ -192,7 +192,7 @@ impl<'a> Pair<'a> {
     }
 
     fn read(&self, name: BufferId) -> Result<Vec<u32>, String> {
-        self.gpu.read(name).map_err(|e| e.to_string())
+        pollster::block_on(self.gpu.read(name)).map_err(|e| e.to_string())
     }
 
     /// Sum over nodes of the impulses that held nodes take, by direction [kg·m/s].
@@ -204,7 +204,7 @@ impl<'a> Pair<'a> {
 
     fn download(&self) -> Result<State<f32>, String> {
         let mut got = State { step: self.expected.step, ..self.scene.state.clone() };
-        self.gpu.download(0, &self.scene.model, &mut got).map_err(|e| e.to_string())?;
+        pollster::block_on(self.gpu.download(0, &self.scene.model, &mut got)).map_err(|e| e.to_string())?;
         Ok(got)
     }
 
