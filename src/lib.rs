@@ -26,7 +26,8 @@
 //! ```
 //!
 //! - [`Case::builder`] writes a case in Rust, [`case::read`] reads a file, [`case::from_str`] takes JSON. All go through the same checks.
-//! - [`Case::run`] runs it. [`Options`] choose threads, precision and device; [`run::run`] also takes a flag that ends the run.
+//! - [`Case::run`] runs it. [`Options`] choose threads, precision and device; [`run::run`] also takes a flag that ends the run, and
+//!   [`run::run_here`] runs it in a page of a browser (`web/`).
 //! - [`Run`] has the history, the failures and the outcome. [`output::summary`] sums it up, [`output::checks`] judges it.
 //! - An [`Observer`] follows a run. [`FrameCollector`] is one that keeps frames.
 //! - [`output::Folder`] writes the files that the program writes.
