@@ -140,7 +140,7 @@ fn follows(case: &Value, by: &str, precision: Precision, most: f64) {
 
 fn main() -> ExitCode {
     let is_there = |name: &&str| Command::new(name).arg("--version").output().is_ok();
-    let missing = !NAMES.iter().any(|name| is_there(name));
+    let missing = !NAMES.iter().any(is_there);
     let required = env::var("RIPSTOP_REQUIRE_BROWSER").is_ok_and(|value| value == "1");
     let trial = |name: &str, test: fn()| {
         Trial::ignorable_test(name, move || match (missing, required) {
