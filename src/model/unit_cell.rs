@@ -13,7 +13,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 use rayon::prelude::*;
 
 use crate::case::{Fabric, Law};
-use crate::num::scalar::{Real, Scalar, WIDEST, bisect};
+use crate::num::scalar::{Real, Scalar, WIDEST, each};
+use crate::num::simd::Vectors;
 use crate::physics::crossover::{self, Equilibrium, cell_energy};
 use crate::physics::unit_cell_parameters::UnitCellParameters;
 use crate::physics::yarn_law::{LawKernel, SHORTEST, Sinusoidal, StretchResponse, YarnConstants, YarnResponse};
@@ -21,7 +22,7 @@ use crate::physics::yarn_law::{LawKernel, SHORTEST, Sinusoidal, StretchResponse,
 /// Places along each axis of a table of the law's energy.
 pub const PLACES: usize = 40;
 /// Points of the midpoint rule along the taut part of the way to a place.
-const POINTS: usize = 16;
+const POINTS: u32 = 16;
 /// Halvings that find where the way grows taut.
 const HALVINGS: u32 = 12;
 /// Axial strain that the table reaches where yarns do not fail.
@@ -53,9 +54,21 @@ impl LawEnergy {
         let steps = (PLACES - 1) as f64;
         let low = range.map(|[low, _]| low);
         let per_stretch = range.map(|[low, high]| steps / (high - low));
-        let at = |axis: usize, index: usize| low[axis] + index as f64 / per_stretch[axis];
-        let value = |index: usize| law_share(cell, [at(0, index / PLACES), at(1, index % PLACES)]);
-        Some(Self { low, per_stretch, values: (0..PLACES * PLACES).into_par_iter().map(value).collect() })
+        let places = |axis: usize| (0..PLACES).map(move |index| low[axis] + index as f64 / per_stretch[axis]);
+        let (warp, weft): (Vec<f64>, Vec<f64>) = (places(0).collect(), places(1).collect());
+        let mut values = vec![0.0; PLACES * PLACES];
+        values.par_chunks_mut(PLACES).zip(warp).for_each(|(row, warp)| match Vectors::widest() {
+            Vectors::None => row_of(0.0, cell, warp, &weft, row),
+            #[cfg(target_arch = "x86_64")]
+            Vectors::Avx512(simd) => row_of(f64::lanes(simd), cell, warp, &weft, row),
+            #[cfg(all(target_arch = "x86_64", not(feature = "quick-build")))]
+            Vectors::Avx2(simd) => row_of(f64::lanes(simd), cell, warp, &weft, row),
+            #[cfg(target_arch = "aarch64")]
+            Vectors::Neon(simd) => row_of(f64::lanes(simd), cell, warp, &weft, row),
+            #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+            Vectors::Wasm(simd) => row_of(f64::lanes(simd), cell, warp, &weft, row),
+        });
+        Some(Self { low, per_stretch, values })
     }
 
     /// The share at the stretches Λ − 1 of warp and weft [-], bilinear between the places.
@@ -83,29 +96,50 @@ impl LawEnergy {
     }
 }
 
+/// The shares of one stretch of the warp and those of the weft, as many at once as `n` holds.
+fn row_of<R: Real<Scalar = f64>>(n: R, cell: &UnitCellParameters<f64>, warp: f64, weft: &[f64], row: &mut [f64]) {
+    let cell = cell.map(|x| n.broadcast(x));
+    n.vectorize(
+        #[inline(always)]
+        || {
+            for first in (0..PLACES).step_by(R::LANES) {
+                law_share(&cell, [n.broadcast(warp), n.load(weft, first)]).store(row, first);
+            }
+        },
+    );
+}
+
 /// (U − W)/U on the straight way from rest.
-fn law_share(cell: &UnitCellParameters<f64>, stretch: [f64; 2]) -> f64 {
-    let rest = cell.yarn.map(|yarn| yarn.height);
-    let at =
-        |part: f64, warm: [f64; 2]| crossover::solve::<f64, Sinusoidal>(cell, stretch.map(|s| part * s), warm, true);
-    let end = at(1.0, rest);
-    let stored = cell_energy(cell, &end.tension, &end.strain, end.force);
-    if stored <= 0.0 {
-        return 0.0;
+#[inline(always)]
+fn law_share<R: Real>(cell: &UnitCellParameters<R>, stretch: [R; 2]) -> R {
+    let n = cell.height_sum;
+    let [zero, half, one] = [0.0, 0.5, 1.0].map(|x| n.splat_like(x));
+    let rest = each!(i in 2 => cell.yarn[i].height);
+    // First the end of the way. Then halvings: nothing works before a yarn is taut. Then points along what is left.
+    let (mut part, mut warm) = (one, rest);
+    let (mut slack, mut taut) = (zero, one);
+    let (mut stored, mut work, mut step) = (zero, zero, zero);
+    for turn in 0..=HALVINGS + POINTS {
+        let there = crossover::solve::<R, Sinusoidal>(cell, each!(i in 2 => part * stretch[i]), warm, !n.never());
+        if turn == 0 {
+            stored = cell_energy(cell, &there.tension, &there.strain, there.force);
+        } else if turn <= HALVINGS {
+            let works = zero.lt(there.tension[0]) | zero.lt(there.tension[1]);
+            (slack, taut) = (R::select(works, slack, part), R::select(works, part, taut));
+            step = (one - slack) * n.splat_like(1.0 / f64::from(POINTS));
+        } else {
+            warm = there.height;
+            let along = each!(i in 2 => there.in_plane[i] * n.splat_like(2.0) * cell.yarn[i].half_span * stretch[i]);
+            work = work + (along[0] + along[1]) * step;
+        }
+        part = if turn < HALVINGS {
+            half * (slack + taut)
+        } else {
+            slack + n.splat_like(f64::from(turn - HALVINGS) + 0.5) * step
+        };
     }
-    // Nothing works before a yarn is taut.
-    let is_slack = |part: f64| !at(part, rest).tension.iter().any(|tension| *tension > 0.0);
-    let [slack, _] = bisect([0.0, 1.0], HALVINGS, is_slack);
-    let mut warm = rest;
-    let mut work = 0.0;
-    let step = (1.0 - slack) / POINTS as f64;
-    for point in 0..POINTS {
-        let there = at(slack + (point as f64 + 0.5) * step, warm);
-        warm = there.height;
-        let along = |i: usize| there.in_plane[i] * 2.0 * cell.yarn[i].half_span * stretch[i];
-        work += (along(0) + along(1)) * step;
-    }
-    (1.0 - work / stored).clamp(-1.0, 1.0)
+    let share = one - work / stored;
+    R::select(stored.le(zero), zero, share.max(-one).min(one))
 }
 
 /// Tables that are kept, of 13 kB each: a layup of several fabrics has one for each.
@@ -288,6 +322,12 @@ mod tests {
         for stretch in [[0.004, 0.003], [0.011, 0.002], [0.013, 0.017], [0.03, 0.012], [0.05, -0.01]] {
             let exact = law_share(&cell, stretch);
             assert!((table.at(stretch) - exact).abs() < 0.02, "{stretch:?}: {} {exact}", table.at(stretch));
+        }
+        // At its places to the bit, whatever the registers.
+        for (i, j) in [(0, 0), (7, 31), (20, 3), (38, 39)] {
+            let place = [i, j].map(|index| index as f64);
+            let stretch = [0, 1].map(|axis: usize| table.low[axis] + place[axis] / table.per_stretch[axis]);
+            assert_eq!(table.values[i * PLACES + j], law_share(&cell, stretch), "{i} {j}");
         }
         // Slack, and beyond the table: what is nearest.
         assert!(table.at([-0.2, -0.2]) == 0.0 && table.at([9.0, 9.0]).abs() <= 1.0);
