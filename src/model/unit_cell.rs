@@ -65,8 +65,9 @@ impl LawEnergy {
             Vectors::Avx2(simd) => row_of(f64::lanes(simd), cell, warp, &weft, row),
             #[cfg(target_arch = "aarch64")]
             Vectors::Neon(simd) => row_of(f64::lanes(simd), cell, warp, &weft, row),
+            // Double precision is slow there: see `web/`.
             #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
-            Vectors::Wasm(simd) => row_of(f64::lanes(simd), cell, warp, &weft, row),
+            Vectors::Wasm(_) => row_of(0.0, cell, warp, &weft, row),
         });
         Some(Self { low, per_stretch, values })
     }

@@ -348,9 +348,7 @@ macro_rules! kernel_scalar {
                         compiled(ply_type, Pair::of(Self::lanes(simd)), (Self::lanes(simd), f64::lanes(simd)))
                     }
                     #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
-                    Vectors::Wasm(simd) => {
-                        compiled(ply_type, Pair::of(Self::lanes(simd)), (Self::lanes(simd), f64::lanes(simd)))
-                    }
+                    Vectors::Wasm(simd) => compiled(ply_type, Self::lanes(simd), (Self::lanes(simd), 0.0)),
                 }
             }
         }
