@@ -230,7 +230,7 @@ impl DeviceStepper<'_> {
     ) -> Result<Vec<u32>, DeviceError> {
         let (sender, mapped) = oneshot::channel();
         staging.map_async(wgpu::MapMode::Read, 0..size, move |result| {
-            // Nobody waits for it where the wait below fails.
+            // The receiver is gone where the wait below fails.
             sender.send(result).ok();
         });
         self.device.wait(after)?;

@@ -56,8 +56,8 @@ impl LawEnergy {
         let per_stretch = range.map(|[low, high]| steps / (high - low));
         let places = |axis: usize| (0..PLACES).map(move |index| low[axis] + index as f64 / per_stretch[axis]);
         let (warp, weft): (Vec<f64>, Vec<f64>) = (places(0).collect(), places(1).collect());
-        let mut values = vec![0.0; PLACES * PLACES];
-        values.par_chunks_mut(PLACES).zip(warp).for_each(|(row, warp)| match Vectors::widest() {
+        let (mut values, vectors) = (vec![0.0; PLACES * PLACES], Vectors::widest());
+        values.par_chunks_mut(PLACES).zip(warp).for_each(|(row, warp)| match vectors {
             Vectors::None => row_of(0.0, cell, warp, &weft, row),
             #[cfg(target_arch = "x86_64")]
             Vectors::Avx512(simd) => row_of(f64::lanes(simd), cell, warp, &weft, row),

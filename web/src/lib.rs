@@ -35,8 +35,6 @@ pub struct Shot {
     pub time: Vec<f64>,
     /// Velocity of the projectile at these [m/s].
     pub velocity: Vec<f64>,
-    /// Force on the projectile at these [N].
-    pub force: Vec<f64>,
 }
 
 /// Follows a run: its progress, and what its report plays back.
@@ -65,7 +63,7 @@ impl Observer for Follower {
 /// Runs a case. `gpu`: by WebGPU.
 ///
 /// # Errors
-/// Where the case is refused, or there is no WebGPU, in words.
+/// Where the case is refused, or there is no WebGPU.
 #[wasm_bindgen]
 pub async fn run(text: String, gpu: bool) -> Result<Shot, JsError> {
     std::panic::set_hook(Box::new(|info| show_panic(info.to_string())));
@@ -81,7 +79,6 @@ pub async fn run(text: String, gpu: bool) -> Result<Shot, JsError> {
         summary: summary.to_string(),
         time: run.history.iter().map(|row| row.time * 1e6).collect(),
         velocity: run.history.iter().map(|row| row.projectile_velocity).collect(),
-        force: run.history.iter().map(|row| row.contact_force).collect(),
     })
 }
 

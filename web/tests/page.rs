@@ -54,7 +54,7 @@ fn pack() -> Value {
     })
 }
 
-/// What the console says of a shot.
+/// Result of a shot as the page prints it to the console.
 fn shoot(case: &Value, by: &str) -> Value {
     let page = PAGE.path().join("page.html");
     let profile = tempfile::tempdir().unwrap();

@@ -30,7 +30,7 @@ pub(crate) struct ProjectileContact {
     pub(crate) candidates: Vec<[usize; 3]>,
     /// Distance that nodes and body may still approach each other before `candidates` are stale [m].
     pub(crate) skin: f64,
-    /// Whether any element has no yarn that carries load; `None`: not looked at yet.
+    /// Whether any element has no yarn that carries load; `None`: not determined yet.
     holes: Option<bool>,
     /// Edges between the candidates.
     edges: CandidateEdges,
