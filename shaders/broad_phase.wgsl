@@ -2,34 +2,38 @@
 // `cells`, `status`, `body`, `candidates`, `points` and `over`.
 // Twin: src/solver/contact/broad_phase.rs
 
-/// Lists the marked nodes in storage order and clears the marks; gives their number.
+/// Words of marks that an invocation looks at: the first, and one past the last.
+fn own_words(local: u32) -> vec2<u32> {
+    let words = mark_words();
+    let each = (words + WIDTH - 1u) / WIDTH;
+    return min(vec2<u32>(local, local + 1u) * each, vec2<u32>(words));
+}
+
+/// Lists the marked nodes in storage order; gives their number. Behind the marks it notes how many nodes come before those of a word.
 fn collect(local: u32) -> u32 {
-    let words = mark_words().x;
-    let summaries = mark_words().y;
-    var total = 0u;
-    for (var base = 0u; base < summaries; base += WIDTH) {
-        let summary = base + local;
-        var bits = 0u;
-        if (summary < summaries) { bits = atomicLoad(&candidates[mark_word(words + summary)]); }
-        var count = 0u;
-        for (var rest = bits; rest != 0u; rest &= rest - 1u) {
-            count += countOneBits(atomicLoad(&candidates[mark_word(summary * 32u + firstTrailingBit(rest))]));
+    let own = own_words(local);
+    var count = 0u;
+    for (var word = own.x; word < own.y; word++) { count += countOneBits(atomicLoad(&candidates[mark_word(word)])); }
+    var at = sum_up_to(count, local) - count;
+    for (var word = own.x; word < own.y; word++) {
+        var marks = atomicLoad(&candidates[mark_word(word)]);
+        if (marks == 0u) { continue; }
+        atomicStore(&candidates[mark_word(mark_words() + word)], at);
+        for (; marks != 0u; marks &= marks - 1u) {
+            if (at < scene.points) { points[point_number(at)].node = first_node() + word * 32u + firstTrailingBit(marks); }
+            at += 1u;
         }
-        var at = total + sum_up_to(count, local) - count;
-        for (var rest = bits; rest != 0u; rest &= rest - 1u) {
-            let word = summary * 32u + firstTrailingBit(rest);
-            for (var marks = atomicLoad(&candidates[mark_word(word)]); marks != 0u; marks &= marks - 1u) {
-                if (at < scene.points) { points[point_number(at)].node = first_node() + word * 32u + firstTrailingBit(marks); }
-                at += 1u;
-            }
-            atomicStore(&candidates[mark_word(word)], 0u);
-        }
-        if (bits != 0u) { atomicStore(&candidates[mark_word(words + summary)], 0u); }
-        total += workgroupUniformLoad(&scan[WIDTH - 1u]);
     }
+    let total = workgroupUniformLoad(&scan[WIDTH - 1u]);
     if (total > scene.points && local == 0u) { atomicStore(&status[counter(OVERFLOW)], total); }
     storageBarrier();
     return min(total, scene.points);
+}
+
+/// Clears the marks.
+fn clear_marks(local: u32) {
+    let own = own_words(local);
+    for (var word = own.x; word < own.y; word++) { atomicStore(&candidates[mark_word(word)], 0u); }
 }
 
 /// Thickness of the fabric between a node and the struck side [m]: of each ply in front whose element there stands.
@@ -107,29 +111,19 @@ fn friction_through(between: f32) -> f32 {
 
 /// Takes note of the elements computed in this step, and lets what may have moved grow by a ring of nodes.
 fn grow_active_region(local: u32) {
-    if (local == 0u) {
-        for (var ply = 0u; ply < scene.plies; ply++) {
-            let p = plies[ply];
-            let reach = reach_of(ply);
-            let all = step.index == 0u;
-            let none = reach.x >= reach.y;
-            // A ring more on each side, cut at the edges of the ply.
-            let rows = min(reach.y, p.rows) - (max(reach.x, 1u) - 1u);
-            let columns = min(reach.w, p.columns) - (max(reach.z, 1u) - 1u);
-            let count = select(select(rows * columns, 0u, none), p.rows * p.columns, all);
-            let before = atomicAdd(&status[counter(COMPUTED)], count);
-            if (before + count < before) { atomicAdd(&status[counter(COMPUTED + 1u)], 1u); }
+    if (local < scene.plies) {
+        let p = plies[local];
+        let reach = reach_of(local);
+        let grown = vec4<u32>(
+            max(reach.x, 1u) - 1u, min(reach.y + 1u, p.rows + 1u), max(reach.z, 1u) - 1u, min(reach.w + 1u, p.columns + 1u));
+        let none = reach.x >= reach.y;
+        let computed = (grown.y - 1u - grown.x) * (grown.w - 1u - grown.z);
+        let count = select(select(computed, 0u, none), p.rows * p.columns, step.index == 0u);
+        let before = atomicAdd(&status[counter(COMPUTED)], count);
+        if (before + count < before) { atomicAdd(&status[counter(COMPUTED + 1u)], 1u); }
+        if (!none) {
+            for (var i = 0u; i < 4u; i++) { atomicStore(&status[counter(REACH + 4u * local + i)], grown[i]); }
         }
-    }
-    workgroupBarrier();
-    storageBarrier();
-    let reach = reach_of(min(local, scene.plies - 1u));
-    if (local < scene.plies && reach.x < reach.y) {
-        let at = counter(REACH + 4u * local);
-        atomicStore(&status[at], max(reach.x, 1u) - 1u);
-        atomicStore(&status[at + 1u], min(reach.y + 1u, plies[local].rows + 1u));
-        atomicStore(&status[at + 2u], max(reach.z, 1u) - 1u);
-        atomicStore(&status[at + 3u], min(reach.w + 1u, plies[local].columns + 1u));
     }
     workgroupBarrier();
     storageBarrier();

@@ -4,9 +4,7 @@
 
 fn mark_node(node: u32) {
     let number = node - first_node();
-    let word = number >> 5u;
-    atomicOr(&candidates[mark_word(word)], 1u << (number & 31u));
-    atomicOr(&candidates[mark_word(mark_words().x + (word >> 5u))], 1u << (word & 31u));
+    atomicOr(&candidates[mark_word(number >> 5u)], 1u << (number & 31u));
 }
 
 /// Marks a node that may touch the body within the step: its path without contact comes closer to the box around the body than both

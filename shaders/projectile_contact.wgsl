@@ -7,7 +7,7 @@
 //   in      cells       array<u32>                 elements, see `cells`
 //   in/out  status      array<u32>                 counters
 //   in/out  bodies      array<Body>                the projectiles
-//   in/out  candidates  array<u32>                 a bit per node, then a bit per word of these; cleared
+//   in/out  candidates  array<u32>                 a bit per node; cleared; then nodes before a word
 //   scratch points      array<Point>               nodes near it, in storage order
 //   in      over        array<u32>    (2, N)       element in front of, behind a node
 //   scratch touches     array<Touch>               where it may touch: at those nodes, then at points of the rim

@@ -5,20 +5,14 @@
 /// Points of the rim on each ply.
 var<workgroup> of_ply: array<atomic<u32>, 64>;
 
-/// Point of a node among the first `count`, or `NONE`.
-fn point_of(node: u32, count: u32) -> u32 {
-    var low = 0u;
-    var high = count;
-    while (low < high) {
-        let middle = (low + high) / 2u;
-        if (points[point_number(middle)].node < node) {
-            low = middle + 1u;
-        } else {
-            high = middle;
-        }
-    }
-    if (low < count) { return select(NONE, low, points[point_number(low)].node == node); }
-    return NONE;
+/// Point of a node that is marked, else `NONE`.
+fn point_of(node: u32) -> u32 {
+    let number = node - first_node();
+    let word = number >> 5u;
+    let bit = 1u << (number & 31u);
+    let marks = atomicLoad(&candidates[mark_word(word)]);
+    let point = atomicLoad(&candidates[mark_word(mark_words() + word)]) + countOneBits(marks & (bit - 1u));
+    return select(NONE, point, (marks & bit) != 0u && point < scene.points);
 }
 
 /// Crossings of a straight line and the cylinder through the rim of the face, as fractions of the way, ascending; -1 where it does not.
@@ -41,7 +35,7 @@ fn is_free(p: u32, normal: vec3<f32>) -> bool {
 
 /// One of the two points of the rim on an edge that begins at a node: 0 and 1 along the row, 2 and 3 along the column. `AWAY` where there
 /// is none that may touch.
-fn constraint_at(p: u32, slot: u32, count: u32) -> Touch {
+fn constraint_at(p: u32, slot: u32) -> Touch {
     var constraint: Touch;
     let node = points[point_number(p)].node;
     let ply = node_ply(node);
@@ -49,7 +43,7 @@ fn constraint_at(p: u32, slot: u32, count: u32) -> Touch {
     let up = slot >= 2u;
     let next = place + select(vec2<u32>(0u, 1u), vec2<u32>(1u, 0u), up);
     if (!is_node(ply, next) || !edge_is_intact(node, place, up)) { return constraint; }
-    let q = point_of(node_at(ply, next), count);
+    let q = point_of(node_at(ply, next));
     if (q == NONE) { return constraint; }
     let crossings = rim_crossings(points[point_number(p)].pressed.xy, points[point_number(q)].pressed.xy);
     let at = select(crossings.x, crossings.y, (slot & 1u) != 0u);
@@ -81,7 +75,7 @@ fn find_constraints(count: u32, local: u32) -> u32 {
     for (var base = 0u; base < 4u * count; base += WIDTH) {
         let p = (base + local) / 4u;
         var constraint: Touch;
-        if (p < count) { constraint = constraint_at(p, local & 3u, count); }
+        if (p < count) { constraint = constraint_at(p, local & 3u); }
         let there = constraint.state != AWAY;
         let rank = rank_of(there, local);
         let at = total + rank.x;
@@ -109,13 +103,13 @@ fn find_constraints(count: u32, local: u32) -> u32 {
 }
 
 /// Marks at every node which edges with a point of the rim end at it.
-fn link(p: u32, count: u32) {
+fn link(p: u32) {
     let node = points[point_number(p)].node;
     let place = node_place(node);
     var left = NONE;
     var below = NONE;
     if (place.y > 0u && p > 0u) { left = select(NONE, p - 1u, points[point_number(p - 1u)].node == node - 1u); }
-    if (place.x > 0u) { below = point_of(node - scene.columns - 1u, count); }
+    if (place.x > 0u) { below = point_of(node - scene.columns - 1u); }
     if (left != NONE) { left = select(NONE, left, points[point_number(left)].to_right > 0u); }
     if (below != NONE) { below = select(NONE, below, points[point_number(below)].to_above > 0u); }
     points[point_number(p)].left = left;
@@ -168,10 +162,11 @@ fn find_places(local: u32) -> vec2<u32> {
         storageBarrier();
         number = find_constraints(count, local);
         storageBarrier();
-        for (var p = local; p < count; p += WIDTH) { link(p, count); }
+        for (var p = local; p < count; p += WIDTH) { link(p); }
         storageBarrier();
         find_blocks(count, local);
     }
+    clear_marks(local);
     if (local == 0u) { atomicStore(&ballot, 0u); }
     workgroupBarrier();
     // Numbers above zero are in the order of their bits.

@@ -253,17 +253,11 @@ fn ply_number(ply: u32) -> u32 { return shot.number * scene.plies + ply; }
 /// Place of a word of the shot in `status`.
 fn counter(word: u32) -> u32 { return shot.number * (STATUS_WORDS + 4u * scene.plies) + word; }
 
-/// Words of a bit for every node of a shot, and of a bit for every such word.
-fn mark_words() -> vec2<u32> {
-    let words = (scene.shot_nodes + 31u) >> 5u;
-    return vec2<u32>(words, (words + 31u) >> 5u);
-}
+/// Words of a bit for every node of a shot.
+fn mark_words() -> u32 { return (scene.shot_nodes + 31u) >> 5u; }
 
 /// Place of a word of the shot in `candidates`.
-fn mark_word(word: u32) -> u32 {
-    let words = mark_words();
-    return shot.number * (words.x + words.y) + word;
-}
+fn mark_word(word: u32) -> u32 { return shot.number * 2u * mark_words() + word; }
 
 /// Place of a point of the shot in `points`.
 fn point_number(point: u32) -> u32 { return shot.number * scene.points + point; }

@@ -7,7 +7,7 @@
 //   out     events      array<Event>            yarn failures
 //   in/out  supports    array<f32>  (3, N)      impulse of the supports since the last sample [N·s]
 //   in      bodies      array<Body>             the projectiles
-//   out     candidates  array<u32>              a bit per node, then a bit per word of these
+//   out     candidates  array<u32>              a bit per node
 // Twin: src/solver/sweep.rs
 
 @group(1) @binding(0) var<storage, read_write> nodes: array<f32>;

@@ -68,7 +68,7 @@ buffers! {
     Supports = "supports",
     /// The projectiles.
     Body = "bodies",
-    /// Nodes near the projectile, a bit each.
+    /// Nodes near the projectile, a bit each; then how many come before those of a word.
     Candidates = "candidates",
     /// Nodes near the projectile.
     Points = "points",
@@ -189,7 +189,6 @@ impl Sizes {
     pub(crate) fn shape(&self, name: BufferId) -> [u64; 2] {
         // Nodes for which there is contact between plies.
         let meeting = if self.plies > 1 { self.nodes } else { 1 };
-        let mask_words = self.nodes.div_ceil(32);
         let members = MEMBERS * self.constraints;
         match name {
             BufferId::Nodes => [self.node_fields, self.nodes],
@@ -200,7 +199,7 @@ impl Sizes {
             BufferId::Events => [1, 2 * EVENT_WORDS * self.elements],
             BufferId::Supports => [3, self.nodes],
             BufferId::Body => [1, BODY_WORDS as u64],
-            BufferId::Candidates => [1, mask_words + mask_words.div_ceil(32)],
+            BufferId::Candidates => [1, 2 * self.nodes.div_ceil(32)],
             BufferId::Points => [1, (POINT_WORDS * self.points).max(1)],
             BufferId::Samples => [1, u64::from(SLOTS) * self.sample_words() as u64],
             BufferId::Over => [2, meeting],

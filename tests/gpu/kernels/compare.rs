@@ -280,7 +280,8 @@ impl<'a> Pair<'a> {
     /// The projectile and its contact.
     fn contact(&mut self) -> Outcome {
         self.count("counters", self.read(BufferId::Status)?[status::COMPUTED], self.counts[2], "elements computed");
-        let marks: u32 = self.read(BufferId::Candidates)?.iter().map(|word| word.count_ones()).sum();
+        let words = self.read(BufferId::Candidates)?;
+        let marks: u32 = words[..words.len() / 2].iter().map(|word| word.count_ones()).sum();
         self.count("cleared", marks, 0.0, "candidates");
         let start = self.scene.model.projectile.as_ref().ok_or("no projectile")?;
         let got = layout::read_body(&self.read(BufferId::Body)?, start, &layout::device_origin(&self.scene.model));
