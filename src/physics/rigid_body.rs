@@ -4,7 +4,7 @@
 //! between impulses both are constant. Free rotation is that of a symmetric top, exact however long the step, and what a third
 //! moment of inertia adds is split off, second order in the step and without drift.
 
-use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, UnitQuaternion, Vector3, Vector4};
 use serde::{Deserialize, Serialize};
 
 use crate::case::{Motion, Projectile, Rotation, Shape};
@@ -164,12 +164,26 @@ impl RigidBody {
     pub fn gap(&self, point: &Vector3<f64>) -> (f64, Vector3<f64>) {
         let local = self.to_body(point);
         let SignedDistance { distance, normal } = projectile_shape::gap(&self.body.profile, local.into());
-        (distance, self.orientation.transform_vector(&Vector3::from(normal)))
+        (distance, self.to_world(normal.into()))
+    }
+
+    /// Whether the frame of the body is turned: in a shot along the normal it is not.
+    #[inline]
+    fn is_turned(&self) -> bool {
+        self.orientation.coords != Vector4::w()
     }
 
     /// A point in the body's frame [m].
+    #[inline]
     pub(crate) fn to_body(&self, point: &Vector3<f64>) -> Vector3<f64> {
-        self.orientation.inverse_transform_vector(&(point - self.position))
+        let arm = point - self.position;
+        if self.is_turned() { self.orientation.inverse_transform_vector(&arm) } else { arm }
+    }
+
+    /// A vector of the body's frame in the world frame.
+    #[inline]
+    fn to_world(&self, vector: Vector3<f64>) -> Vector3<f64> {
+        if self.is_turned() { self.orientation.transform_vector(&vector) } else { vector }
     }
 
     /// The gap and normal (world frame) that contact acts on at a point of the body's frame [m]; see
@@ -177,7 +191,7 @@ impl RigidBody {
     pub(crate) fn contact_distance(&self, local: &Vector3<f64>) -> (f64, Vector3<f64>) {
         let SignedDistance { distance, normal } =
             projectile_shape::contact_distance(&self.body.profile, (*local).into(), self.rim_depth);
-        (distance, self.orientation.transform_vector(&Vector3::from(normal)))
+        (distance, self.to_world(normal.into()))
     }
 
     /// Upper bound of the speed of any point of the body [m/s].

@@ -203,12 +203,14 @@ pub struct Context<'a, S> {
     pub totals: StepTotals,
     /// Whether the balance samples the energies at the time of the positions.
     pub sample: bool,
+    /// Whether every element is known to have a yarn that carries load.
+    pub whole: bool,
 }
 
 impl<'a, S: Scalar> Context<'a, S> {
     /// A step about to begin.
     pub fn new(model: &'a Model<S>, state: &'a mut State<S>, balance: &'a mut EnergyBalance, sample: bool) -> Self {
-        Self { model, state, balance, totals: StepTotals::default(), sample }
+        Self { model, state, balance, totals: StepTotals::default(), sample, whole: false }
     }
 
     /// Time step of the velocities [s]: half a kick at the start puts them half a step after the positions.
@@ -229,6 +231,8 @@ pub struct Stepper<S: Scalar> {
     nothing: Vec<S>,
     plies: PlyContact,
     projectile: ProjectileContact,
+    /// Whether every element has a yarn that carries load; `None`: not determined yet.
+    whole: Option<bool>,
     /// Failures of the last step.
     pub failures: Vec<FailureEvent>,
     /// Time that the phases of the steps so far took.
@@ -252,6 +256,7 @@ impl<S: KernelScalar> Stepper<S> {
             nothing: vec![S::splat(0.0); element::FORCES.end * grid.element_stride],
             plies: PlyContact::new(model),
             projectile: ProjectileContact::default(),
+            whole: None,
             failures: Vec::new(),
             stopwatch: Stopwatch { spent: Default::default(), last: Instant::now() },
         }
@@ -286,6 +291,10 @@ impl<S: KernelScalar> Stepper<S> {
         sweep::sweep(context, kernels, nothing, element_totals, node_totals);
         self.collect_elements(context);
         self.collect_nodes(context);
+        if context.totals.eroded > 0 {
+            self.whole = Some(false);
+        }
+        context.whole = *self.whole.get_or_insert_with(|| context.state.holes(context.model) == 0);
     }
 
     /// Adds up what the rows of nodes did, in row order.
@@ -329,7 +338,7 @@ impl<S: KernelScalar> Stepper<S> {
 
     /// Adds up what the rows of elements did, in row order.
     fn collect_elements(&mut self, context: &mut Context<'_, S>) {
-        let Context { model, state, balance, totals, sample } = context;
+        let Context { model, state, balance, totals, sample, .. } = context;
         self.failures.clear();
         for (index, row) in self.element_totals.iter().enumerate() {
             balance.viscous += row.viscous_work;

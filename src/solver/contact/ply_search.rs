@@ -184,6 +184,8 @@ pub struct PlySearch<'a, S> {
     /// Distance of mid-planes in touch, and mean thickness [m].
     pub(crate) touching: f64,
     pub(crate) thickness: f64,
+    /// Nothing is missing of the fabric.
+    whole: bool,
 }
 
 impl<'a, S: Scalar> PlySearch<'a, S> {
@@ -200,7 +202,13 @@ impl<'a, S: Scalar> PlySearch<'a, S> {
             other,
             own,
             theirs,
+            whole: false,
         }
+    }
+
+    /// The same in fabric of which nothing is missing, or something may be; see [`Context::whole`](crate::solver::Context::whole).
+    pub(crate) fn in_fabric(self, whole: bool) -> Self {
+        Self { whole, ..self }
     }
 
     /// Nodes stored for a row of them.
@@ -305,7 +313,7 @@ impl<'a, S: Scalar> PlySearch<'a, S> {
 
     /// Whether a cell of the neighbour carries load.
     fn stands(&self, cell: [usize; 2]) -> bool {
-        self.state.is_intact(self.model.grid.first_element_row(self.other) + cell[0], cell[1])
+        self.whole || self.state.is_intact(self.model.grid.first_element_row(self.other) + cell[0], cell[1])
     }
 
     /// Walks from a cell, whose corners are known, to that which a point is over; and how it stands over it. `planes`: that it
@@ -399,7 +407,7 @@ impl<'a, S: Scalar> PlySearch<'a, S> {
         // What would only just touch is left alone: rounding would decide it, and with it the shares of all around it.
         if touch.gap >= -SLOP * self.thickness
             || !self.stands(touch.cell)
-            || !node_stands(self.model, self.state, [self.ply, row, column])
+            || !(self.whole || node_stands(self.model, self.state, [self.ply, row, column]))
         {
             return None;
         }

@@ -18,7 +18,7 @@ use crate::solver::contact::edge_contact::{EdgeConstraint, EdgeContact};
 use crate::solver::contact::projectile_contact::{self, ContactPoint};
 use crate::solver::energy_balance::NodeCorrection;
 use crate::solver::node_update::{field as node, gather, neighbours};
-use crate::solver::state::{State, node_position, node_stands};
+use crate::solver::state::{State, node_stands};
 
 /// Steps a list of nearby nodes is meant to last.
 const CANDIDATE_STEPS: f64 = 24.0;
@@ -30,8 +30,6 @@ pub(crate) struct ProjectileContact {
     pub(crate) candidates: Vec<[usize; 3]>,
     /// Distance that nodes and body may still approach each other before `candidates` are stale [m].
     pub(crate) skin: f64,
-    /// Whether any element has no yarn that carries load; `None`: not determined yet.
-    holes: Option<bool>,
     /// Edges between the candidates.
     edges: CandidateEdges,
     /// Candidates in this step, by their place in `edges`.
@@ -47,15 +45,19 @@ pub(crate) struct ProjectileContact {
 struct CandidateEdges {
     /// Ply, row and column of the near nodes, then of what else is at an end of an edge.
     places: Vec<[usize; 3]>,
-    /// Next node of each candidate along its row, along its column; `None` at the edge of the ply.
-    next: Vec<[Option<usize>; 2]>,
+    /// Where these lie at rest, in the axes of the pack [m].
+    reference: Vec<Vector3<f64>>,
+    /// The two ends of each edge: from every candidate to the next node along its row, along its column.
+    ends: Vec<[usize; 2]>,
 }
 
 impl CandidateEdges {
     /// Edges of nodes in storage order; none where contact is not sampled on them.
     fn of<S: Scalar>(model: &Model<S>, candidates: &[[usize; 3]]) -> Self {
+        let reference = |place: &[usize; 3]| model.reference(place[0], place[1], place[2]).into();
         if !model.edges {
-            return Self { places: candidates.to_vec(), next: Vec::new() };
+            let reference = candidates.iter().map(reference).collect();
+            return Self { places: candidates.to_vec(), reference, ends: Vec::new() };
         }
         let ends = |[ply, row, column]: [usize; 3]| [[ply, row, column + 1], [ply, row + 1, column]];
         let is_beyond = |place: &[usize; 3]| {
@@ -69,8 +71,9 @@ impl CandidateEdges {
         let find = |place: [usize; 3]| {
             near.binary_search(&place).or_else(|_| far.binary_search(&place).map(|at| near.len() + at)).ok()
         };
-        let next = near.iter().map(|place| ends(*place).map(find)).collect();
-        Self { places, next }
+        let from = near.iter().enumerate();
+        let ends = from.flat_map(|(from, place)| ends(*place).into_iter().filter_map(find).map(move |to| [from, to]));
+        Self { ends: ends.collect(), reference: places.iter().map(reference).collect(), places }
     }
 }
 
@@ -152,15 +155,11 @@ impl ProjectileContact {
     fn sample_candidates<S: Scalar>(&mut self, context: &Context<'_, S>, body: &RigidBody) {
         let (model, state) = (context.model, &*context.state);
         self.nodes.clear();
-        if context.totals.eroded > 0 {
-            self.holes = Some(true);
-        }
-        let whole = !*self.holes.get_or_insert_with(|| state.holes(model) > 0);
         let mut next = 0;
-        for place in &self.edges.places {
+        for (place, reference) in self.edges.places.iter().zip(&self.edges.reference) {
             let between =
-                if whole { model.plies[place[0]].depth } else { self.between(model, state, *place, &mut next) };
-            let sample = sample_node(model, state, *place, between);
+                if context.whole { model.plies[place[0]].depth } else { self.between(model, state, *place, &mut next) };
+            let sample = sample_node(model, state, *place, reference, between);
             let pressed = sample.position - Vector3::new(0.0, 0.0, between);
             self.nodes.push(CandidateNode { pressed: body.to_body(&pressed), sample, point: None });
         }
@@ -183,7 +182,7 @@ impl ProjectileContact {
         let misses = misses(body, model.dt);
         self.points.clear();
         for (place, node) in self.edges.places[..self.candidates.len()].iter().zip(&mut self.nodes) {
-            if !node_stands(model, state, *place) {
+            if !context.whole && !node_stands(model, state, *place) {
                 continue;
             }
             let (gap, normal) = body.contact_distance(&node.pressed);
@@ -210,8 +209,7 @@ impl ProjectileContact {
         edge_contact.constraints.clear();
         let (profile, axis) = (&body.body.profile, body.orientation.transform_vector(&Vector3::z()));
         let misses = misses(body, model.dt);
-        let all = edges.next.iter().enumerate();
-        for ends in all.flat_map(|(from, next)| next.iter().flatten().map(move |to| [from, *to])) {
+        for &ends in &edges.ends {
             let [from, to] = ends.map(|end| candidates[end].pressed);
             let places = ends.map(|end| edges.places[end]);
             for at in profile.rim_crossings(from.into(), to.into()).into_iter().filter(|at| !at.is_nan()) {
@@ -266,14 +264,19 @@ impl ProjectileContact {
 }
 
 /// A node before contact; out of touch.
-fn sample_node<S: Scalar>(model: &Model<S>, state: &State<S>, place: [usize; 3], between: f64) -> ContactSample {
-    let [ply, row, column] = place;
-    let at = model.grid.first_node_row(ply) + row;
-    let free = Vector3::from(model.ply_type(ply).mesh.to_pack(state.velocity(at, column)));
+fn sample_node<S: Scalar>(
+    model: &Model<S>,
+    state: &State<S>,
+    [ply, row, column]: [usize; 3],
+    reference: &Vector3<f64>,
+    between: f64,
+) -> ContactSample {
+    let (at, mesh) = (model.grid.first_node_row(ply) + row, &model.ply_type(ply).mesh);
+    let free = Vector3::from(mesh.to_pack(state.velocity(at, column)));
     ContactSample {
         gap: f64::INFINITY,
         normal: Vector3::z(),
-        position: node_position(model, state, place) - free * model.dt,
+        position: reference + Vector3::from(mesh.to_pack(state.displacement(at, column))) - free * model.dt,
         free,
         between,
     }
