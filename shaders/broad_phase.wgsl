@@ -18,7 +18,7 @@ fn collect(local: u32) -> u32 {
     for (var word = own.x; word < own.y; word++) {
         var marks = atomicLoad(&candidates[mark_word(word)]);
         if (marks == 0u) { continue; }
-        atomicStore(&candidates[mark_word(mark_words() + word)], at);
+        atomicStore(&candidates[mark_word(BEFORE * mark_words() + word)], at);
         for (; marks != 0u; marks &= marks - 1u) {
             if (at < scene.points) { points[point_number(at)].node = first_node() + word * 32u + firstTrailingBit(marks); }
             at += 1u;
@@ -30,10 +30,24 @@ fn collect(local: u32) -> u32 {
     return min(total, scene.points);
 }
 
-/// Clears the marks.
+/// Clears all bits.
 fn clear_marks(local: u32) {
     let own = own_words(local);
-    for (var word = own.x; word < own.y; word++) { atomicStore(&candidates[mark_word(word)], 0u); }
+    for (var word = own.x; word < own.y; word++) {
+        atomicStore(&candidates[mark_word(word)], 0u);
+        for (var i = IDLE; i < MARKS; i++) { atomicStore(&candidates[mark_word(i * mark_words() + word)], 0u); }
+    }
+}
+
+/// Place of the word with the bit for a node (0), or for the edge that begins there along its row (1), along its column (2).
+fn idle_word(what: u32, node: u32) -> u32 { return mark_word((IDLE + what) * mark_words() + ((node - first_node()) >> 5u)); }
+
+fn idle_bit(node: u32) -> u32 { return 1u << ((node - first_node()) & 31u); }
+
+/// State at first of what may touch. What the others carried in the last step they mostly carry in this one, too.
+fn first_state(what: u32, node: u32, closes: bool) -> u32 {
+    let was_idle = (atomicLoad(&candidates[idle_word(what, node)]) & idle_bit(node)) != 0u;
+    return select(NEAR, PUSHING, closes && !was_idle);
 }
 
 /// Thickness of the fabric between a node and the struck side [m]: of each ply in front whose element there stands.
@@ -91,7 +105,7 @@ fn take_in(p: u32) -> f32 {
     // Where body and node are held neither can give way.
     let are_held = scene.body_prescribed != 0u && dot(normal, inverse * normal) <= 0.0;
     if (!stays_away(g.distance, approach) && !are_held) {
-        touch.state = select(NEAR, PUSHING, approach < closing_limit(g.distance));
+        touch.state = first_state(0u, node, approach < closing_limit(g.distance));
     }
     touches[touch_number(p)] = touch;
     return max(0.0, -g.distance);

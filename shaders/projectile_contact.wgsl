@@ -7,7 +7,7 @@
 //   in      cells       array<u32>                 elements, see `cells`
 //   in/out  status      array<u32>                 counters
 //   in/out  bodies      array<Body>                the projectiles
-//   in/out  candidates  array<u32>                 a bit per node; cleared; then nodes before a word
+//   in/out  candidates  array<u32>                 near nodes, a bit each, cleared; what did not push in the last step
 //   scratch points      array<Point>               nodes near it, in storage order
 //   in      over        array<u32>    (2, N)       element in front of, behind a node
 //   scratch touches     array<Touch>               where it may touch: at those nodes, then at points of the rim
@@ -244,6 +244,22 @@ fn solve(local: u32) {
     }
 }
 
+/// Notes which nodes and edges might have touched and did not push.
+fn note_idle(local: u32) {
+    for (var p = local; p < extent.x; p += WIDTH) {
+        let node = points[point_number(p)].node;
+        if (touches[touch_number(p)].state == NEAR) { atomicOr(&candidates[idle_word(0u, node)], idle_bit(node)); }
+        if (!EDGES) { continue; }
+        var t = points[point_number(p)].first;
+        for (var way = 1u; way < 3u; way++) {
+            let past = t + select(points[point_number(p)].to_right, points[point_number(p)].to_above, way == 2u);
+            var idle = t < past;
+            for (; t < past; t++) { idle = idle && touches[touch_number(t)].state == NEAR; }
+            if (idle) { atomicOr(&candidates[idle_word(way, node)], idle_bit(node)); }
+        }
+    }
+}
+
 /// Gives the nodes their impulses, and sums up what the impulses did: impulse and turn on the body, dissipation, friction, work of the drive,
 /// support, work on the elements in the half step after the positions.
 fn account(local: u32) {
@@ -317,6 +333,7 @@ fn projectile_contact(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_in
     let met = workgroupUniformLoad(&extent).x > 0u;
     if (met) {
         solve(local);
+        note_idle(local);
         account(local);
     }
     if (local == 0u) { bodies[shot.number] = moved_body(body, met); }

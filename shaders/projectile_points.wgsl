@@ -11,7 +11,7 @@ fn point_of(node: u32) -> u32 {
     let word = number >> 5u;
     let bit = 1u << (number & 31u);
     let marks = atomicLoad(&candidates[mark_word(word)]);
-    let point = atomicLoad(&candidates[mark_word(mark_words() + word)]) + countOneBits(marks & (bit - 1u));
+    let point = atomicLoad(&candidates[mark_word(BEFORE * mark_words() + word)]) + countOneBits(marks & (bit - 1u));
     return select(NONE, point, (marks & bit) != 0u && point < scene.points);
 }
 
@@ -62,7 +62,7 @@ fn constraint_at(p: u32, slot: u32) -> Touch {
     constraint.weight = at;
     constraint.friction = friction_through(max(points[point_number(p)].pressed.w, points[point_number(q)].pressed.w));
     constraint.member = NONE;
-    constraint.state = select(NEAR, PUSHING, approach < closing_limit(gap));
+    constraint.state = first_state(select(1u, 2u, up), node, approach < closing_limit(gap));
     return constraint;
 }
 

@@ -253,11 +253,17 @@ fn ply_number(ply: u32) -> u32 { return shot.number * scene.plies + ply; }
 /// Place of a word of the shot in `status`.
 fn counter(word: u32) -> u32 { return shot.number * (STATUS_WORDS + 4u * scene.plies) + word; }
 
+/// Numbers of every 32 nodes there: a bit for each node near the projectile, how many such nodes come before, and a bit for each node, each edge on
+/// along its row and along its column that might have touched in the last step and did not push.
+const MARKS: u32 = 5u;
+const BEFORE: u32 = 1u;
+const IDLE: u32 = 2u;
+
 /// Words of a bit for every node of a shot.
 fn mark_words() -> u32 { return (scene.shot_nodes + 31u) >> 5u; }
 
 /// Place of a word of the shot in `candidates`.
-fn mark_word(word: u32) -> u32 { return shot.number * 2u * mark_words() + word; }
+fn mark_word(word: u32) -> u32 { return shot.number * MARKS * mark_words() + word; }
 
 /// Place of a point of the shot in `points`.
 fn point_number(point: u32) -> u32 { return shot.number * scene.points + point; }

@@ -117,6 +117,8 @@ const DT: f64 = 1e-7;
 struct Scene {
     start: RigidBody,
     body: RigidBody,
+    /// Before the step.
+    given: Vec<ContactPoint>,
     points: Vec<ContactPoint>,
     rim: EdgeContact,
     totals: ContactTotals,
@@ -186,7 +188,8 @@ impl Scene {
             }
             points.push(p);
         }
-        let mut out = Self { start: body.clone(), body, points, rim, totals: ContactTotals::default() };
+        let (start, given) = (body.clone(), points.clone());
+        let mut out = Self { start, body, given, points, rim, totals: ContactTotals::default() };
         out.totals = resolve(&mut out.body, &mut out.points, &mut out.rim, DT);
         out
     }
@@ -286,6 +289,26 @@ fn points_push_and_keep_up_with_the_body_or_are_left_alone() {
         }
     });
     assert!(pushing > 3000 && left > 3000, "{pushing} {left}");
+}
+
+#[test]
+fn a_wrong_guess_of_what_pushes_changes_nothing() {
+    let (mut numbers, mut wrong) = (Random(26), 0);
+    scenes(27, 1000, |scene, kind| {
+        for share in [-0.5, 0.0, 1.0] {
+            let (mut body, mut points, mut rim) = (scene.start.clone(), scene.given.clone(), scene.rim.clone());
+            points.iter_mut().for_each(|p| p.was_idle = numbers.between(-1.0, 1.0) < share);
+            wrong += points.iter().zip(&scene.points).filter(|(guess, p)| guess.was_idle && p.active).count();
+            resolve(&mut body, &mut points, &mut rim, DT);
+            for (found, p) in points.iter().zip(&scene.points) {
+                assert_eq!(found.active, p.active, "{kind}: {found:?} {p:?}");
+                let off = (found.impulse() - p.impulse()).norm();
+                assert!(off <= 1e-9 * p.impulse().norm() + 1e-15, "{kind}: {off} {p:?}");
+            }
+            assert!((body.velocity - scene.body.velocity).norm() < 1e-9, "{kind}: {}", body.velocity);
+        }
+    });
+    assert!(wrong > 3000, "{wrong}");
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use super::DeviceError;
 use super::layout::{
-    BODY_WORDS, CONTACT_GROUPS, CONTACT_WORDS, CONTACT_WORK_FIELDS, EVENT_WORDS, IMPULSE_FIELDS, INVOCATIONS,
+    BODY_WORDS, CONTACT_GROUPS, CONTACT_WORDS, CONTACT_WORK_FIELDS, EVENT_WORDS, IMPULSE_FIELDS, INVOCATIONS, MARKS,
     MATRIX_ROW, NODE_FIELDS, POINT_WORDS, REACH_WORDS, SHOTS, STATE_SLOTS, STATUS_WORDS, STRENGTH_FIELDS, TOUCH_WORDS,
     cell, clay, line_numbers, sum,
 };
@@ -68,7 +68,7 @@ buffers! {
     Supports = "supports",
     /// The projectiles.
     Body = "bodies",
-    /// Nodes near the projectile, a bit each; then how many come before those of a word.
+    /// Nodes near the projectile, a bit each; what else 32 nodes have there, see `MARKS` of shaders/scene.wgsl.
     Candidates = "candidates",
     /// Nodes near the projectile.
     Points = "points",
@@ -199,7 +199,7 @@ impl Sizes {
             BufferId::Events => [1, 2 * EVENT_WORDS * self.elements],
             BufferId::Supports => [3, self.nodes],
             BufferId::Body => [1, BODY_WORDS as u64],
-            BufferId::Candidates => [1, 2 * self.nodes.div_ceil(32)],
+            BufferId::Candidates => [1, u64::from(MARKS) * self.nodes.div_ceil(32)],
             BufferId::Points => [1, (POINT_WORDS * self.points).max(1)],
             BufferId::Samples => [1, u64::from(SLOTS) * self.sample_words() as u64],
             BufferId::Over => [2, meeting],

@@ -22,7 +22,7 @@ use crate::run::{Options, Precision, RunError, Skips};
 /// First bytes of the file.
 const MAGIC: [u8; 8] = *b"ripstop\x1a";
 /// Number of the format: a new one for every change of the contents or their order.
-pub const FORMAT: u32 = 15;
+pub const FORMAT: u32 = 16;
 /// Bytes of the checksum.
 const SUM: usize = 8;
 /// Advice where there is no other.

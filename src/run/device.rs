@@ -330,7 +330,7 @@ impl Backend for DeviceSimulation<'_> {
 }
 
 /// Buffers that later steps depend on. The others hold nothing from one step to the next, but failures already read.
-const KEPT: [BufferId; 8] = [
+const KEPT: [BufferId; 9] = [
     BufferId::Nodes,
     BufferId::Cells,
     BufferId::Tiles,
@@ -339,6 +339,7 @@ const KEPT: [BufferId; 8] = [
     BufferId::Supports,
     BufferId::Body,
     BufferId::Over,
+    BufferId::Candidates,
 ];
 
 /// Everything that varies during a run on a device. Buffers are saved as they are: the device counts energies between two samples, and has

@@ -379,18 +379,26 @@ pub(crate) struct StepperState {
     candidates: Vec<[usize; 3]>,
     /// Distance that they and the projectile may still approach each other before the list is stale [m].
     skin: f64,
+    /// Which of them, and of the edges between them, did not push in the last step, though they might have touched.
+    idle: Vec<bool>,
 }
 
 impl<S: Scalar> Stepper<S> {
     /// State of the stepper that the next steps depend on.
     pub(crate) fn memory(&self) -> StepperState {
         let projectile = &self.projectile;
-        StepperState { travel: self.plies.travel, candidates: projectile.candidates.clone(), skin: projectile.skin }
+        StepperState {
+            travel: self.plies.travel,
+            candidates: projectile.candidates.clone(),
+            skin: projectile.skin,
+            idle: projectile.idle.clone(),
+        }
     }
 
     /// Goes on with the memory of another stepper of the same model.
     pub(crate) fn remember(&mut self, model: &Model<S>, memory: StepperState) {
         self.plies.travel = memory.travel;
         self.projectile.remember(model, memory.candidates, memory.skin);
+        self.projectile.idle = memory.idle;
     }
 }

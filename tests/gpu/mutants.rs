@@ -140,7 +140,7 @@ defects! {
         "cell of the node in every ply" in "sphere on turned plies, friction":
             "cell_over(ply, over[at])" => "cell_over(ply, over[node])";
         "rows do not spread" in "face of a cylinder exactly touching resting plies":
-            "min(reach.y + 1u, plies[local].rows + 1u)" => "min(reach.y, plies[local].rows + 1u)";
+            "min(reach.y + 1u, p.rows + 1u)" => "min(reach.y, p.rows + 1u)";
         "ellipse as a circle" in "edges of a fragment": "let bend = squared(scene.chisel_slope);" => "let bend = 0.0;";
         "nodes pull" in "sphere, spinning, oblique, friction":
             "state == PUSHING && touches[touch_number(t)].friction_impulse.w < 0.0" => "state == PUSHING && touches[touch_number(t)].friction_impulse.w < -1e30";

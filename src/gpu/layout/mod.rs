@@ -83,6 +83,8 @@ pub const IMPULSE_FIELDS: u64 = 6;
 pub(crate) const REACH_WORDS: u64 = 4;
 /// Words of a node near the projectile.
 pub const POINT_WORDS: u64 = 32;
+/// Numbers of every 32 nodes in the marks of the nodes near the projectile.
+pub const MARKS: u32 = 5;
 /// Words of a place where the projectile may touch. One more such place precedes those of a shot.
 pub const TOUCH_WORDS: u64 = 32;
 /// Entries of a row of the equations of points that share nodes that there is room for in the mean. Measured: 6 at most, under a face of 20 mm,

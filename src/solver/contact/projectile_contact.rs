@@ -30,6 +30,10 @@ pub struct ContactPoint {
     pub row: usize,
     /// Column of the node.
     pub column: usize,
+    /// Place in what is remembered of places and edges.
+    pub origin: usize,
+    /// Whether it might have touched in the last step and did not push.
+    pub was_idle: bool,
     /// Gap at the start of the step [m].
     pub signed_distance: f64,
     /// Outward normal of the body.
@@ -123,7 +127,9 @@ pub fn resolve(body: &mut RigidBody, points: &mut [ContactPoint], edges: &mut Ed
     edges.begin(points, body.mass);
     let twist = start.twist();
     for p in points.iter_mut() {
-        p.active = p.free.dot(&p.normal) - twist.at(&p.arm).dot(&p.normal) < closing_limit(p, dt);
+        let approach = p.free.dot(&p.normal) - twist.at(&p.arm).dot(&p.normal);
+        // A first guess: what the others carried in the last step they mostly carry in this one, too.
+        p.active = !p.was_idle && approach < closing_limit(p, dt);
     }
     solve_normal(&start, body, points, edges, dt);
     let share = friction_share(&start, points);

@@ -32,6 +32,8 @@ pub(crate) struct ProjectileContact {
     pub(crate) skin: f64,
     /// Edges between the candidates.
     edges: CandidateEdges,
+    /// Places, then edges, that might have touched in the last step and did not push.
+    pub(crate) idle: Vec<bool>,
     /// Candidates in this step, by their place in `edges`.
     nodes: Vec<CandidateNode>,
     points: Vec<ContactPoint>,
@@ -102,6 +104,7 @@ impl ProjectileContact {
     /// Takes a list of the nodes near the body, and how far they may still approach each other before it is stale [m].
     pub(crate) fn remember<S: Scalar>(&mut self, model: &Model<S>, candidates: Vec<[usize; 3]>, skin: f64) {
         self.edges = CandidateEdges::of(model, &candidates);
+        self.idle = vec![false; self.edges.places.len() + self.edges.ends.len()];
         (self.candidates, self.skin) = (candidates, skin);
     }
 
@@ -123,6 +126,7 @@ impl ProjectileContact {
         if model.edges {
             self.gather_crossings(context, body, nothing);
         }
+        self.idle.fill(false);
         if self.points.is_empty() {
             return;
         }
@@ -132,6 +136,12 @@ impl ProjectileContact {
             &mut self.edge_contact,
             model.dt,
         ));
+        for p in self.points.iter().filter(|p| p.signed_distance.is_finite()) {
+            self.idle[p.origin] = true;
+        }
+        for p in self.points.iter().filter(|p| p.active) {
+            self.idle[p.origin] = false;
+        }
         let nodes = self.points.len() - self.edge_contact.constraints.len();
         let kick = context.kick();
         for p in self.points[..nodes].iter().filter(|p| p.touched()) {
@@ -181,7 +191,8 @@ impl ProjectileContact {
         let (model, state) = (context.model, &*context.state);
         let misses = misses(body, model.dt);
         self.points.clear();
-        for (place, node) in self.edges.places[..self.candidates.len()].iter().zip(&mut self.nodes) {
+        for (at, node) in self.nodes[..self.candidates.len()].iter_mut().enumerate() {
+            let place = &self.edges.places[at];
             if !context.whole && !node_stands(model, state, *place) {
                 continue;
             }
@@ -196,7 +207,7 @@ impl ProjectileContact {
                 continue; // both are held, and no finite impulse would change that
             }
             node.point = Some(self.points.len());
-            self.points.push(point);
+            self.points.push(ContactPoint { origin: at, was_idle: self.idle[at], ..point });
         }
     }
 
@@ -204,12 +215,13 @@ impl ProjectileContact {
     /// ends of the edges join the others, far away where they do not touch the body themselves.
     fn gather_crossings<S: Scalar>(&mut self, context: &Context<'_, S>, body: &RigidBody, nothing: &[S]) {
         let (model, state) = (context.model, &*context.state);
-        let Self { edges, nodes: candidates, points, crossings, edge_contact, .. } = self;
+        let Self { edges, nodes: candidates, points, crossings, edge_contact, idle, .. } = self;
         crossings.clear();
         edge_contact.constraints.clear();
         let (profile, axis) = (&body.body.profile, body.orientation.transform_vector(&Vector3::z()));
         let misses = misses(body, model.dt);
-        for &ends in &edges.ends {
+        for (edge, &ends) in edges.ends.iter().enumerate() {
+            let origin = edges.places.len() + edge;
             let [from, to] = ends.map(|end| candidates[end].pressed);
             let places = ends.map(|end| edges.places[end]);
             for at in profile.rim_crossings(from.into(), to.into()).into_iter().filter(|at| !at.is_nan()) {
@@ -253,6 +265,8 @@ impl ProjectileContact {
                 let point = ContactPoint {
                     before: constraint.between(|node| points[node].before),
                     part: nodes.map(|node| points[node].part).into_iter().fold(0.0, f64::max),
+                    origin,
+                    was_idle: idle[origin],
                     ..at_place(points[nodes[0]].clone(), model, body, &crossing)
                 };
                 crossings.push(point);

@@ -5,7 +5,7 @@ mod results;
 use nalgebra::Vector3;
 use ripstop::gpu::Device;
 use ripstop::gpu::buffers::BufferId;
-use ripstop::gpu::layout::{self, CONTACT_WORDS, StepInfo, status};
+use ripstop::gpu::layout::{self, CONTACT_WORDS, MARKS, StepInfo, status};
 use ripstop::gpu::shader::Kernel;
 use ripstop::gpu::stepper::{DeviceStepper, Stage};
 use ripstop::model::Model;
@@ -281,7 +281,7 @@ impl<'a> Pair<'a> {
     fn contact(&mut self) -> Outcome {
         self.count("counters", self.read(BufferId::Status)?[status::COMPUTED], self.counts[2], "elements computed");
         let words = self.read(BufferId::Candidates)?;
-        let marks: u32 = words[..words.len() / 2].iter().map(|word| word.count_ones()).sum();
+        let marks: u32 = words[..words.len() / MARKS as usize].iter().map(|word| word.count_ones()).sum();
         self.count("cleared", marks, 0.0, "candidates");
         let start = self.scene.model.projectile.as_ref().ok_or("no projectile")?;
         let got = layout::read_body(&self.read(BufferId::Body)?, start, &layout::device_origin(&self.scene.model));
