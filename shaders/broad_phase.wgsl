@@ -44,7 +44,7 @@ fn idle_word(what: u32, node: u32) -> u32 { return mark_word((IDLE + what) * mar
 
 fn idle_bit(node: u32) -> u32 { return 1u << ((node - first_node()) & 31u); }
 
-/// State at first of what may touch. What the others carried in the last step they mostly carry in this one, too.
+/// First guess of the state of what may touch: what did not push in the last step mostly does not in this one.
 fn first_state(what: u32, node: u32, closes: bool) -> u32 {
     let was_idle = (atomicLoad(&candidates[idle_word(what, node)]) & idle_bit(node)) != 0u;
     return select(NEAR, PUSHING, closes && !was_idle);

@@ -128,7 +128,7 @@ pub fn resolve(body: &mut RigidBody, points: &mut [ContactPoint], edges: &mut Ed
     let twist = start.twist();
     for p in points.iter_mut() {
         let approach = p.free.dot(&p.normal) - twist.at(&p.arm).dot(&p.normal);
-        // A first guess: what the others carried in the last step they mostly carry in this one, too.
+        // A first guess: what did not push in the last step mostly does not in this one.
         p.active = !p.was_idle && approach < closing_limit(p, dt);
     }
     solve_normal(&start, body, points, edges, dt);
