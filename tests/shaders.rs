@@ -242,6 +242,8 @@ fn expected() -> BTreeMap<&'static str, Vec<f64>> {
         ("ROUNDOFF_TOLERANCE", single(1e-6_f64)),
         ("WITHIN", single(1e-3_f64)),
         ("SHARE_UNIT", single(1_048_576_usize)),
+        ("BEFORE", single(1_usize)),
+        ("IDLE", single(2_usize)),
         ("BODY_ORIENTATION", single(offset_of!(layout::Body, orientation) / 16)),
         ("BODY_SUMS", single(offset_of!(layout::Body, impulse) / 16)),
         ("BODY_NOSE", single(offset_of!(layout::Body, nose_coarse) / 16)),
