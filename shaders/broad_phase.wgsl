@@ -39,14 +39,10 @@ fn clear_marks(local: u32) {
     }
 }
 
-/// Place of the word with the bit for a node (0), or for the edge that begins there along its row (1), along its column (2).
-fn idle_word(what: u32, node: u32) -> u32 { return mark_word((IDLE + what) * mark_words() + ((node - first_node()) >> 5u)); }
-
-fn idle_bit(node: u32) -> u32 { return 1u << ((node - first_node()) & 31u); }
-
-/// First guess of the state of what may touch: what did not push in the last step mostly does not in this one.
+/// First guess of the state of what may touch, a node (0) or the edge that begins there along its row (1), along its column (2): what did not push
+/// in the last step mostly does not in this one.
 fn first_state(what: u32, node: u32, closes: bool) -> u32 {
-    let was_idle = (atomicLoad(&candidates[idle_word(what, node)]) & idle_bit(node)) != 0u;
+    let was_idle = (atomicLoad(&candidates[mark_at(IDLE + what, node)]) & mark_bit(node)) != 0u;
     return select(NEAR, PUSHING, closes && !was_idle);
 }
 

@@ -2,10 +2,7 @@
 // `candidates`.
 // Twin: src/solver/node_update.rs
 
-fn mark_node(node: u32) {
-    let number = node - first_node();
-    atomicOr(&candidates[mark_word(number >> 5u)], 1u << (number & 31u));
-}
+fn mark_node(node: u32) { atomicOr(&candidates[mark_at(0u, node)], mark_bit(node)); }
 
 /// Marks a node that may touch the body within the step: its path without contact comes closer to the box around the body than both
 /// can move. Where the rim is sampled, the distance grows by the length of an element's edge, and the nodes at the other ends of its

@@ -248,14 +248,14 @@ fn solve(local: u32) {
 fn note_idle(local: u32) {
     for (var p = local; p < extent.x; p += WIDTH) {
         let node = points[point_number(p)].node;
-        if (touches[touch_number(p)].state == NEAR) { atomicOr(&candidates[idle_word(0u, node)], idle_bit(node)); }
+        if (touches[touch_number(p)].state == NEAR) { atomicOr(&candidates[mark_at(IDLE, node)], mark_bit(node)); }
         if (!EDGES) { continue; }
         var t = points[point_number(p)].first;
         for (var way = 1u; way < 3u; way++) {
             let past = t + select(points[point_number(p)].to_right, points[point_number(p)].to_above, way == 2u);
             var idle = t < past;
             for (; t < past; t++) { idle = idle && touches[touch_number(t)].state == NEAR; }
-            if (idle) { atomicOr(&candidates[idle_word(way, node)], idle_bit(node)); }
+            if (idle) { atomicOr(&candidates[mark_at(IDLE + way, node)], mark_bit(node)); }
         }
     }
 }

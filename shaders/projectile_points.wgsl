@@ -7,11 +7,9 @@ var<workgroup> of_ply: array<atomic<u32>, 64>;
 
 /// Point of a node that is marked, else `NONE`.
 fn point_of(node: u32) -> u32 {
-    let number = node - first_node();
-    let word = number >> 5u;
-    let bit = 1u << (number & 31u);
-    let marks = atomicLoad(&candidates[mark_word(word)]);
-    let point = atomicLoad(&candidates[mark_word(BEFORE * mark_words() + word)]) + countOneBits(marks & (bit - 1u));
+    let bit = mark_bit(node);
+    let marks = atomicLoad(&candidates[mark_at(0u, node)]);
+    let point = atomicLoad(&candidates[mark_at(BEFORE, node)]) + countOneBits(marks & (bit - 1u));
     return select(NONE, point, (marks & bit) != 0u && point < scene.points);
 }
 

@@ -265,6 +265,11 @@ fn mark_words() -> u32 { return (scene.shot_nodes + 31u) >> 5u; }
 /// Place of a word of the shot in `candidates`.
 fn mark_word(word: u32) -> u32 { return shot.number * MARKS * mark_words() + word; }
 
+/// Place of a number of the 32 nodes that a node is one of, and its bit there.
+fn mark_at(what: u32, node: u32) -> u32 { return mark_word(what * mark_words() + ((node - first_node()) >> 5u)); }
+
+fn mark_bit(node: u32) -> u32 { return 1u << ((node - first_node()) & 31u); }
+
 /// Place of a point of the shot in `points`.
 fn point_number(point: u32) -> u32 { return shot.number * scene.points + point; }
 

@@ -167,7 +167,7 @@ impl RigidBody {
         (distance, self.to_world(normal.into()))
     }
 
-    /// Whether the frame of the body is turned: in a shot along the normal it is not.
+    /// Rotation of the body's frame against the world frame: at normal impact there is none.
     #[inline]
     fn is_turned(&self) -> bool {
         self.orientation.coords != Vector4::w()

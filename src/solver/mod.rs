@@ -203,7 +203,7 @@ pub struct Context<'a, S> {
     pub totals: StepTotals,
     /// Whether the balance samples the energies at the time of the positions.
     pub sample: bool,
-    /// Whether every element is known to have a yarn that carries load.
+    /// Every element is known to be intact.
     pub whole: bool,
 }
 
@@ -231,7 +231,7 @@ pub struct Stepper<S: Scalar> {
     nothing: Vec<S>,
     plies: PlyContact,
     projectile: ProjectileContact,
-    /// Whether every element has a yarn that carries load; `None`: not determined yet.
+    /// Every element is intact; `None`: not determined yet.
     whole: Option<bool>,
     /// Failures of the last step.
     pub failures: Vec<FailureEvent>,

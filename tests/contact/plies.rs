@@ -218,7 +218,7 @@ fn searches<S: KernelScalar>(
     for (at, over) in over.chunks_mut(model.nodes_per_ply()).enumerate() {
         let (ply, side) = (at / SIDES, at % SIDES);
         if let Some(other) = neighbour(ply, side, model.plies.len()) {
-            see(&PlySearch::new(model, state, ply, side, other), over);
+            see(&PlySearch::new(model, state, ply, side, other, false), over);
         }
     }
 }

@@ -63,7 +63,7 @@ impl Observer for Follower {
 /// Runs a case. `gpu`: by WebGPU.
 ///
 /// # Errors
-/// Where the case is refused, or there is no WebGPU.
+/// A case that is refused; no WebGPU.
 #[wasm_bindgen]
 pub async fn run(text: String, gpu: bool) -> Result<Shot, JsError> {
     std::panic::set_hook(Box::new(|info| show_panic(info.to_string())));

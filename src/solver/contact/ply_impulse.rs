@@ -84,10 +84,7 @@ impl PlyContact {
         let plies = model.plies.len();
         let sides = (0..plies).flat_map(|ply| (0..SIDES).map(move |side| (ply, side)));
         let whole = context.whole;
-        let search = |(ply, side)| {
-            let search = PlySearch::new(model, state, ply, side, neighbour(ply, side, plies)?);
-            Some(search.in_fabric(whole))
-        };
+        let search = |(ply, side)| Some(PlySearch::new(model, state, ply, side, neighbour(ply, side, plies)?, whole));
         let searches: Vec<_> = sides.map(search).collect();
         let found = self.contacts.iter_mut().flatten();
         let mut parts = Vec::new();

@@ -184,12 +184,12 @@ pub struct PlySearch<'a, S> {
     /// Distance of mid-planes in touch, and mean thickness [m].
     pub(crate) touching: f64,
     pub(crate) thickness: f64,
-    /// Nothing is missing of the fabric.
+    /// See [`Context::whole`](crate::solver::Context::whole).
     whole: bool,
 }
 
 impl<'a, S: Scalar> PlySearch<'a, S> {
-    pub fn new(model: &'a Model<S>, state: &'a State<S>, ply: usize, side: usize, other: usize) -> Self {
+    pub fn new(model: &'a Model<S>, state: &'a State<S>, ply: usize, side: usize, other: usize, whole: bool) -> Self {
         let [own, theirs] = [ply, other].map(|ply| PlyView::new(model, state, ply));
         Self {
             touching: model.plies[ply.min(other)].touching,
@@ -202,13 +202,8 @@ impl<'a, S: Scalar> PlySearch<'a, S> {
             other,
             own,
             theirs,
-            whole: false,
+            whole,
         }
-    }
-
-    /// The same in fabric of which nothing is missing, or something may be; see [`Context::whole`](crate::solver::Context::whole).
-    pub(crate) fn in_fabric(self, whole: bool) -> Self {
-        Self { whole, ..self }
     }
 
     /// Nodes stored for a row of them.

@@ -32,7 +32,7 @@ pub struct ContactPoint {
     pub column: usize,
     /// Place in what is remembered of places and edges.
     pub origin: usize,
-    /// Whether it might have touched in the last step and did not push.
+    /// Within reach of the body in the last step, but not active then.
     pub was_idle: bool,
     /// Gap at the start of the step [m].
     pub signed_distance: f64,

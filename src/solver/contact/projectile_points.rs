@@ -47,7 +47,7 @@ pub(crate) struct ProjectileContact {
 struct CandidateEdges {
     /// Ply, row and column of the near nodes, then of what else is at an end of an edge.
     places: Vec<[usize; 3]>,
-    /// Where these lie at rest, in the axes of the pack [m].
+    /// Reference positions of these, in the axes of the pack [m].
     reference: Vec<Vector3<f64>>,
     /// The two ends of each edge: from every candidate to the next node along its row, along its column.
     ends: Vec<[usize; 2]>,
