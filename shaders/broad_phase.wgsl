@@ -14,7 +14,8 @@ fn collect(local: u32) -> u32 {
     let own = own_words(local);
     var count = 0u;
     for (var word = own.x; word < own.y; word++) { count += countOneBits(atomicLoad(&candidates[mark_word(word)])); }
-    var at = sum_up_to(count, local) - count;
+    var total = 0u;
+    var at = sum_up_to(count, &total, local) - count;
     for (var word = own.x; word < own.y; word++) {
         var marks = atomicLoad(&candidates[mark_word(word)]);
         if (marks == 0u) { continue; }
@@ -24,7 +25,6 @@ fn collect(local: u32) -> u32 {
             at += 1u;
         }
     }
-    let total = workgroupUniformLoad(&scan[WIDTH - 1u]);
     if (total > scene.points && local == 0u) { atomicStore(&status[counter(OVERFLOW)], total); }
     storageBarrier();
     return min(total, scene.points);
@@ -135,6 +135,5 @@ fn grow_active_region(local: u32) {
             for (var i = 0u; i < 4u; i++) { atomicStore(&status[counter(REACH + 4u * local + i)], grown[i]); }
         }
     }
-    workgroupBarrier();
     storageBarrier();
 }

@@ -27,7 +27,8 @@ fn list_members(local: u32) -> u32 {
         if (p < count) {
             own = points[point_number(p)].constrained + points[point_number(p)].to_right + points[point_number(p)].to_above;
         }
-        var at = total + sum_up_to(own, local) - own;
+        var all = 0u;
+        let at = total + sum_up_to(own, &all, local) - own;
         if (own > 0u) {
             let ply = node_ply(points[point_number(p)].node);
             atomicMin(&begins[ply], at);
@@ -38,7 +39,7 @@ fn list_members(local: u32) -> u32 {
                 members[block_number(at + i)] = points[point_number(p)].block;
             }
         }
-        total += workgroupUniformLoad(&scan[WIDTH - 1u]);
+        total += all;
     }
     storageBarrier();
     for (var m = local; m < total; m += WIDTH) {
@@ -69,9 +70,10 @@ fn list_members(local: u32) -> u32 {
         let m = base + local;
         var row = 0u;
         if (m < total) { row = m + 1u - touches[touch_number(members[member_number(m)])].begin; }
-        let at = entries + sum_up_to(row, local) - row;
+        var all = 0u;
+        let at = entries + sum_up_to(row, &all, local) - row;
         if (m < total) { touches[touch_number(members[member_number(m)])].row = matrix_number(at); }
-        entries += workgroupUniformLoad(&scan[WIDTH - 1u]);
+        entries += all;
     }
     storageBarrier();
     if (!vote(entries > matrix_room(), local)) { return total; }

@@ -186,9 +186,8 @@ fn friction_share(local: u32) -> f32 {
     return select(1.0 / max(result[0], 1.0), 1.0, scene.body_prescribed != 0u);
 }
 
-/// Friction impulses that stop the sliding, cut to μ times the normal impulse, and the motion of the body with them. True if any changed.
-fn update_friction(share: f32, local: u32) -> bool {
-    var changed = false;
+/// Friction impulses that stop the sliding, cut to μ times the normal impulse, and the motion of the body with them.
+fn update_friction(share: f32, local: u32) {
     var part: array<f32, 27>;
     for (var t = local; t < extent.y; t += WIDTH) {
         let old = touches[touch_number(t)].friction_impulse;
@@ -207,7 +206,6 @@ fn update_friction(share: f32, local: u32) -> bool {
             part[a] -= more[a];
             part[3u + a] -= turn[a];
         }
-        changed = changed || squared(ROUNDOFF_TOLERANCE * limit) < dot(more, more);
         touches[touch_number(t)].friction_impulse = vec4<f32>(drag, old.w);
     }
     reduce(&part, 6u, local);
@@ -215,7 +213,7 @@ fn update_friction(share: f32, local: u32) -> bool {
         let given = given_motion();
         for (var i = 0u; i < 6u; i++) { motion[i] += given[i]; }
     }
-    return vote(changed, local);
+    workgroupBarrier();
 }
 
 /// Normal impulses of all touches, with changes of the set of those that push until none pulls and none enters; then friction.
@@ -238,7 +236,7 @@ fn solve(local: u32) {
     if (scene.friction > 0.0) {
         let share = friction_share(local);
         for (var sweep = 0u; sweep < FRICTION_SWEEPS; sweep++) {
-            if (!update_friction(share, local)) { break; }
+            update_friction(share, local);
             propagate(local);
         }
     }
@@ -322,7 +320,8 @@ fn account(local: u32) {
 fn projectile_contact(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     shot = shots[group.z];
     body = bodies[shot.number];
-    if (!vote(step.index <= atomicLoad(&status[counter(BAD_STEP)]), local)) { return; }
+    if (local == 0u) { verdict = u32(step.index <= atomicLoad(&status[counter(BAD_STEP)])); }
+    if (workgroupUniformLoad(&verdict) == 0u) { return; }
     grow_active_region(local);
     let found = find_places(local);
     if (local == 0u) {

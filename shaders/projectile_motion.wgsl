@@ -201,13 +201,17 @@ fn moved_body(start: Body, met: bool) -> Body {
     return advance(b);
 }
 
-/// Invocations whose parts of sums lie side by side: 2⁶.
+/// Invocations whose parts of sums lie side by side, and of these as many as one invocation adds up: its square root.
 const LANES: u32 = 64u;
+const STRIDE: u32 = 8u;
+/// Invocations that `sum_up_to` goes through one after another.
+const BLOCK: u32 = 16u;
 
 var<workgroup> sums: array<f32, 1755>; // 27 sums of 64 parts, in rows of 65
 var<workgroup> result: array<f32, 27>;
 var<workgroup> scan: array<u32, 256>;
-var<workgroup> rank_bits: array<atomic<u32>, 8>;
+var<workgroup> block_sums: array<u32, 16>;
+var<workgroup> rank_bits: array<atomic<u32>, 24>;
 var<workgroup> ballot: atomic<u32>;
 var<workgroup> verdict: u32;
 
@@ -224,15 +228,18 @@ fn reduce(part: ptr<function, array<f32, 27>>, count: u32, local: u32) {
         }
         workgroupBarrier();
     }
-    for (var bit = 6u; bit > 0u; bit--) {
-        let reach = 1u << (bit - 1u);
-        for (var at = local; at < count * reach; at += WIDTH) {
-            let place = (at >> (bit - 1u)) * 65u + (at & (reach - 1u));
-            sums[place] += sums[place + reach];
-        }
-        workgroupBarrier();
+    for (var at = local; at < count * STRIDE; at += WIDTH) {
+        let first = at / STRIDE * 65u + at % STRIDE;
+        var sum = sums[first];
+        for (var i = STRIDE; i < LANES; i += STRIDE) { sum += sums[first + i]; }
+        sums[first] = sum;
     }
-    if (local < count) { result[local] = sums[local * 65u]; }
+    workgroupBarrier();
+    if (local < count) {
+        var sum = sums[local * 65u];
+        for (var i = 1u; i < STRIDE; i++) { sum += sums[local * 65u + i]; }
+        result[local] = sum;
+    }
     workgroupBarrier();
 }
 
@@ -246,35 +253,41 @@ fn vote(yes: bool, local: u32) -> bool {
     return workgroupUniformLoad(&verdict) != 0u;
 }
 
-/// Marks an invocation or not; gives how many marked ones come before it, and how many there are.
-fn rank_of(marked: bool, local: u32) -> vec2<u32> {
-    workgroupBarrier();
-    if (local < WIDTH / 32u) { atomicStore(&rank_bits[local], 0u); }
-    workgroupBarrier();
-    if (marked) { atomicOr(&rank_bits[local / 32u], 1u << (local % 32u)); }
+/// Marks an invocation or not; gives how many marked ones come before it, and how many there are. `round`: 0 in the first call of a dispatch, then
+/// one more in each: three rounds have words of their own, so that what one clears no other reads.
+fn rank_of(marked: bool, round: u32, local: u32) -> vec2<u32> {
+    if (marked) { atomicOr(&rank_bits[rank_word(round, local)], 1u << (local % 32u)); }
     workgroupBarrier();
     var rank = vec2<u32>(0u);
     for (var word = 0u; word < WIDTH / 32u; word++) {
-        let bits = atomicLoad(&rank_bits[word]);
+        let bits = atomicLoad(&rank_bits[rank_word(round, 32u * word)]);
         let before = select(select(0u, bits, word < local / 32u), bits & ((1u << (local % 32u)) - 1u), word == local / 32u);
         rank += vec2<u32>(countOneBits(before), countOneBits(bits));
     }
+    if (local < WIDTH / 32u) { atomicStore(&rank_bits[rank_word(round + 2u, 32u * local)], 0u); }
     return rank;
 }
 
-/// Whether an invocation is marked.
-fn is_marked(which: u32) -> u32 { return (atomicLoad(&rank_bits[which / 32u]) >> (which % 32u)) & 1u; }
+/// Place of the word with the mark of an invocation.
+fn rank_word(round: u32, local: u32) -> u32 { return (round % 3u) * (WIDTH / 32u) + local / 32u; }
 
-/// The number of an invocation added to those of all before it; the last has the sum of all. `scan` must not be read by then.
-fn sum_up_to(number: u32, local: u32) -> u32 {
+/// Whether an invocation is marked.
+fn is_marked(which: u32, round: u32) -> u32 {
+    return (atomicLoad(&rank_bits[rank_word(round, which)]) >> (which % 32u)) & 1u;
+}
+
+/// The number of an invocation added to those of all before it; `all`: of all invocations, the same for each.
+fn sum_up_to(number: u32, all: ptr<function, u32>, local: u32) -> u32 {
     scan[local] = number;
     workgroupBarrier();
-    for (var reach = 1u; reach < WIDTH; reach *= 2u) {
-        var sum = scan[local];
-        if (local >= reach) { sum += scan[local - reach]; }
-        workgroupBarrier();
-        scan[local] = sum;
-        workgroupBarrier();
+    var sum = number;
+    for (var i = local - local % BLOCK; i < local; i++) { sum += scan[i]; }
+    if (local % BLOCK == BLOCK - 1u) { block_sums[local / BLOCK] = sum; }
+    var blocks = workgroupUniformLoad(&block_sums);
+    *all = 0u;
+    for (var block = 0u; block < WIDTH / BLOCK; block++) {
+        if (block == local / BLOCK) { sum += *all; }
+        *all += blocks[block];
     }
-    return scan[local];
+    return sum;
 }

@@ -75,12 +75,13 @@ fn find_constraints(count: u32, local: u32) -> u32 {
         var constraint: Touch;
         if (p < count) { constraint = constraint_at(p, local & 3u); }
         let there = constraint.state != AWAY;
-        let rank = rank_of(there, local);
+        let round = base / WIDTH;
+        let rank = rank_of(there, round, local);
         let at = total + rank.x;
         if (there && at < room) { touches[touch_number(count + at)] = constraint; }
         if (p < count && (local & 3u) == 0u) {
-            let to_right = u32(there) + is_marked(local + 1u);
-            let to_above = is_marked(local + 2u) + is_marked(local + 3u);
+            let to_right = u32(there) + is_marked(local + 1u, round);
+            let to_above = is_marked(local + 2u, round) + is_marked(local + 3u, round);
             points[point_number(p)].first = count + at;
             points[point_number(p)].to_right = to_right;
             points[point_number(p)].to_above = to_above;
@@ -150,9 +151,7 @@ fn find_blocks(count: u32, local: u32) {
 
 /// Finds those places; gives how many are nodes, and how many there are.
 fn find_places(local: u32) -> vec2<u32> {
-    let found = collect(local);
-    if (local == 0u) { verdict = found; }
-    let count = workgroupUniformLoad(&verdict);
+    let count = collect(local);
     var deepest = 0.0;
     for (var p = local; p < count; p += WIDTH) { deepest = max(deepest, take_in(p)); }
     var number = 0u;

@@ -248,6 +248,8 @@ fn expected() -> BTreeMap<&'static str, Vec<f64>> {
         ("BODY_SUMS", single(offset_of!(layout::Body, impulse) / 16)),
         ("BODY_NOSE", single(offset_of!(layout::Body, nose_coarse) / 16)),
         ("LANES", single(64_usize)),
+        ("STRIDE", single(8_usize)),
+        ("BLOCK", single(16_usize)),
         ("SHARES", single(0_usize)), // as `frame` of src/gpu/layout/scene.rs writes them
         ("PRESENCE", single(1_usize)),
         ("NO_PLY", single(layout::NONE)),
