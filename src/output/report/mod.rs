@@ -25,6 +25,8 @@ use crate::run::Run;
 use crate::run::outcome::Outcome;
 
 const STYLE: &str = include_str!("page.css");
+/// A folder has the other files of the run beside the page; a browser keeps none.
+const HAS_FILES: bool = cfg!(not(target_family = "wasm"));
 const SCRIPT: &str = concat!(include_str!("playback.js"), include_str!("values.js"));
 
 /// The page. With less than two keyframes it has no playback.
@@ -58,7 +60,7 @@ pub fn report(case: &Case, run: &Run, summary: &Value, animation: &Animation) ->
             h2 { "Machine and timing" }
             (table("checks", &[], costs.map(|(name, value)| vec![cell(name), cell(value)])))
         }
-        p class="note" { "Files beside this page: summary.json, history.csv, events.csv, case.json." }
+        @if HAS_FILES { p class="note" { "Files beside this page: summary.json, history.csv, events.csv, case.json." } }
     };
     page(&case.title, SCRIPT, &body)
 }
@@ -193,7 +195,10 @@ fn fields(case: &Case) -> Markup {
             }
             details {
                 summary { "All " (case.fields.len()) " fields" }
-                p class="note" { "Fields marked * are assumed. " code { "case.json" } " beside this page computes the same again." }
+                p class="note" {
+                    "Fields marked * are assumed."
+                    @if HAS_FILES { " " code { "case.json" } " beside this page computes the same again." }
+                }
                 (table("fields", &["field", "value", "origin", "source"], case.fields.iter().map(row)))
             }
         }
