@@ -183,6 +183,18 @@ impl Outline {
         [-half - root, -half + root].map(|at| at / square).map(|at| if 0.0 < at && at < 1.0 { at } else { f64::NAN })
     }
 
+    /// Distance that the ends of a line must move before the rim of a flat face may cross it at or behind the face [m]; not above zero where it
+    /// may already. Points in the body's frame [m].
+    pub(crate) fn rim_clearance(&self, from: [f64; 3], to: [f64; 3]) -> f64 {
+        let radius = self.corner[1][0];
+        let over = self.height_over_face(from).min(self.height_over_face(to));
+        let inside = radius - from[0].hypot(from[1]).max(to[0].hypot(to[1]));
+        let way = [to[0] - from[0], to[1] - from[1]];
+        let nearest = -(from[0] * way[0] + from[1] * way[1]) / (way[0] * way[0] + way[1] * way[1]);
+        let [x, y] = [0, 1].map(|axis| from[axis] + nearest.clamp(0.0, 1.0) * way[axis]);
+        over.max(inside).max(x.hypot(y) - radius)
+    }
+
     /// Height of a point over the plane of a flat face [m].
     pub(crate) fn height_over_face(&self, point: [f64; 3]) -> f64 {
         point[2] - self.corner[1][1] - self.radius

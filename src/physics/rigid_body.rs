@@ -194,6 +194,11 @@ impl RigidBody {
         (distance, self.to_world(normal.into()))
     }
 
+    /// Distance of a point of the body's frame from its surface [m], negative inside.
+    pub(crate) fn clearance(&self, local: &Vector3<f64>) -> f64 {
+        projectile_shape::gap(&self.body.profile, (*local).into()).distance
+    }
+
     /// Upper bound of the speed of any point of the body [m/s].
     pub fn speed_bound(&self) -> f64 {
         self.velocity.norm() + self.angular_velocity().norm() * self.body.bounding_radius
