@@ -37,9 +37,9 @@ pub(crate) struct ProjectileContact {
     edges: CandidateEdges,
     /// Places, then edges, that might have touched in the last step and did not push.
     pub(crate) idle: Vec<bool>,
-    /// Distance that nodes and body may have approached each other since the list was made [m], and what of it has to pass before a place, then
-    /// an edge, is looked at again.
+    /// Distance that nodes and body may have approached each other since the list was made [m].
     travelled: f64,
+    /// By places, then edges: what `travelled` must reach before one is looked at again [m].
     clear: Vec<f64>,
     /// Candidates by their place in `edges`, as far as they were looked at in this step.
     nodes: Vec<Option<CandidateNode>>,
@@ -65,26 +65,23 @@ struct CandidateEdges {
 impl CandidateEdges {
     /// Edges of nodes in storage order; none where contact is not sampled on them.
     fn of<S: Scalar>(model: &Model<S>, candidates: &[[usize; 3]]) -> Self {
-        let reference = |place: &[usize; 3]| model.reference(place[0], place[1], place[2]).into();
-        if !model.edges {
-            let reference = candidates.iter().map(reference).collect();
-            return Self { places: candidates.to_vec(), reference, ends: Vec::new() };
-        }
+        let from = candidates.iter().filter(|_| model.edges);
         let ends = |[ply, row, column]: [usize; 3]| [[ply, row, column + 1], [ply, row + 1, column]];
         let is_beyond = |place: &[usize; 3]| {
             let mesh = &model.ply_type(place[0]).mesh;
             place[1] <= mesh.rows && place[2] <= mesh.columns && candidates.binary_search(place).is_err()
         };
         // Two edges may end at one node beyond: two of it would each be given a part of its impulse, and one be lost.
-        let beyond: BTreeSet<_> = candidates.iter().flat_map(|place| ends(*place)).filter(is_beyond).collect();
+        let beyond: BTreeSet<_> = from.clone().flat_map(|place| ends(*place)).filter(is_beyond).collect();
         let places: Vec<_> = candidates.iter().copied().chain(beyond).collect();
         let (near, far) = places.split_at(candidates.len());
         let find = |place: [usize; 3]| {
             near.binary_search(&place).or_else(|_| far.binary_search(&place).map(|at| near.len() + at)).ok()
         };
-        let from = near.iter().enumerate();
-        let ends = from.flat_map(|(from, place)| ends(*place).into_iter().filter_map(find).map(move |to| [from, to]));
-        Self { ends: ends.collect(), reference: places.iter().map(reference).collect(), places }
+        let edges = |(from, place): (usize, &[usize; 3])| ends(*place).map(|to| Some([from, find(to)?]));
+        let ends = from.enumerate().flat_map(edges).flatten().collect();
+        let reference = places.iter().map(|[ply, row, column]| model.reference(*ply, *row, *column).into());
+        Self { ends, reference: reference.collect(), places }
     }
 }
 
