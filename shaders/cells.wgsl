@@ -5,7 +5,7 @@
 //                then  (2, E)      failure strains over the fabric's [-], where strength varies
 //                then  (2, 2, E)   overstress of the rate of strain over the tensions [-], in two slots, where there is one
 // Needs `cells`.
-// Twin: `cell` of src/gpu/layout/mod.rs, `node_stands` of src/solver/state.rs, `edge_stands` of src/solver/contact/projectile_points.rs
+// Twin: `cell` of src/gpu/layout/mod.rs, `node_stands` of src/solver/state.rs, `edge_stands` of src/solver/contact/candidate_edges.rs
 
 /// Fields of an element in a slot.
 const CELL_FIELDS: u32 = 7u;

@@ -12,6 +12,7 @@
 /// Contact of the plies with one another and with the projectile: broad phase, narrow phase, contact impulses.
 pub mod contact {
     pub mod broad_phase;
+    pub(crate) mod candidate_edges;
     pub mod edge_contact;
     pub(crate) mod ply_impulse;
     pub(crate) mod ply_move;
