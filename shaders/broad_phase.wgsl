@@ -1,39 +1,59 @@
 // broad_phase: nodes that may meet the projectile, their contact before it acts, and what may have moved after it. Needs `nodes`,
-// `cells`, `status`, `body`, `candidates`, `points` and `over`.
+// `cells`, `status`, `body`, `candidates`, `points`, `extent` and `over`.
 // Twin: src/solver/contact/broad_phase.rs
 
-/// Words of marks that an invocation looks at: the first, and one past the last.
-fn own_words(local: u32) -> vec2<u32> {
-    let words = mark_words();
-    let each = (words + WIDTH - 1u) / WIDTH;
-    return min(vec2<u32>(local, local + 1u) * each, vec2<u32>(words));
+/// Marked nodes of all plies in front of the searched one.
+var<workgroup> ahead: atomic<u32>;
+
+/// Marks of nodes from a first one of the shot on, up to one past the last, in one of their words.
+fn marks_between(first: u32, past: u32, word: u32) -> u32 {
+    var marks = atomicLoad(&candidates[mark_word(word)]);
+    if (first > 32u * word) { marks &= 0xffffffffu << (first & 31u); }
+    if (past < 32u * word + 32u) { marks &= (1u << (past & 31u)) - 1u; }
+    return marks;
 }
 
-/// Lists the marked nodes in storage order; gives their number. Behind the marks it notes how many nodes come before those of a word.
-fn collect(local: u32) -> u32 {
-    let own = own_words(local);
+/// Lists the marked nodes of a ply in storage order, behind those of the plies in front of it, and notes in `extent` which they are. Behind the marks
+/// it notes how many nodes come before those of a word.
+fn collect(ply: u32, local: u32) {
+    let of_ply = scene.shot_nodes / scene.plies;
+    let first = ply * of_ply;
+    let past = first + of_ply;
     var count = 0u;
-    for (var word = own.x; word < own.y; word++) { count += countOneBits(atomicLoad(&candidates[mark_word(word)])); }
+    for (var word = local; 32u * word < first; word += WIDTH) { count += countOneBits(marks_between(0u, first, word)); }
+    atomicAdd(&ahead, count);
+    let each = (of_ply / 32u + 1u + WIDTH) / WIDTH;
+    let begin = first / 32u + local * each;
+    let end = min(begin + each, (past + 31u) / 32u);
+    count = 0u;
+    for (var word = begin; word < end; word++) { count += countOneBits(marks_between(first, past, word)); }
     var total = 0u;
-    var at = sum_up_to(count, &total, local) - count;
-    for (var word = own.x; word < own.y; word++) {
-        var marks = atomicLoad(&candidates[mark_word(word)]);
+    let sum = sum_up_to(count, &total, local);
+    let before = atomicLoad(&ahead);
+    var at = before + sum - count;
+    for (var word = begin; word < end; word++) {
+        var marks = marks_between(first, past, word);
         if (marks == 0u) { continue; }
-        atomicStore(&candidates[mark_word(BEFORE * mark_words() + word)], at);
+        // Of the first word some nodes may belong to the ply in front.
+        let theirs = select(0u, countOneBits(marks_between(0u, first, word)), word == first / 32u);
+        atomicStore(&candidates[mark_word(BEFORE * mark_words() + word)], at - theirs);
         for (; marks != 0u; marks &= marks - 1u) {
             if (at < scene.points) { points[point_number(at)].node = first_node() + word * 32u + firstTrailingBit(marks); }
             at += 1u;
         }
     }
-    if (total > scene.points && local == 0u) { atomicStore(&status[counter(OVERFLOW)], total); }
+    if (local == 0u) {
+        let found = vec2<u32>(before, before + total);
+        if (found.y > scene.points) { atomicMax(&status[counter(OVERFLOW)], found.y); }
+        extent = vec4<u32>(min(found, vec2<u32>(scene.points)), ply, 0u);
+        ends[ply] = 0u;
+    }
     storageBarrier();
-    return min(total, scene.points);
 }
 
 /// Clears all bits.
 fn clear_marks(local: u32) {
-    let own = own_words(local);
-    for (var word = own.x; word < own.y; word++) {
+    for (var word = local; word < mark_words(); word += WIDTH) {
         atomicStore(&candidates[mark_word(word)], 0u);
         for (var i = IDLE; i < MARKS; i++) { atomicStore(&candidates[mark_word(i * mark_words() + word)], 0u); }
     }
@@ -119,21 +139,18 @@ fn friction_through(between: f32) -> f32 {
     return select(scene.friction, min(scene.friction, scene.ply_friction), between > 0.0);
 }
 
-/// Takes note of the elements computed in this step, and lets what may have moved grow by a ring of nodes.
-fn grow_active_region(local: u32) {
-    if (local < scene.plies) {
-        let p = plies[local];
-        let reach = reach_of(local);
-        let grown = vec4<u32>(
-            max(reach.x, 1u) - 1u, min(reach.y + 1u, p.rows + 1u), max(reach.z, 1u) - 1u, min(reach.w + 1u, p.columns + 1u));
-        let none = reach.x >= reach.y;
-        let computed = (grown.y - 1u - grown.x) * (grown.w - 1u - grown.z);
-        let count = select(select(computed, 0u, none), p.rows * p.columns, step.index == 0u);
-        let before = atomicAdd(&status[counter(COMPUTED)], count);
-        if (before + count < before) { atomicAdd(&status[counter(COMPUTED + 1u)], 1u); }
-        if (!none) {
-            for (var i = 0u; i < 4u; i++) { atomicStore(&status[counter(REACH + 4u * local + i)], grown[i]); }
-        }
-    }
-    storageBarrier();
+/// Takes note of the elements of a ply computed in this step, and lets what may have moved of it grow by a ring of nodes.
+fn grow_active_region(ply: u32, local: u32) {
+    if (local != 0u) { return; }
+    let p = plies[ply];
+    let reach = reach_of(ply);
+    let grown = vec4<u32>(
+        max(reach.x, 1u) - 1u, min(reach.y + 1u, p.rows + 1u), max(reach.z, 1u) - 1u, min(reach.w + 1u, p.columns + 1u));
+    let none = reach.x >= reach.y;
+    let computed = (grown.y - 1u - grown.x) * (grown.w - 1u - grown.z);
+    let count = select(select(computed, 0u, none), p.rows * p.columns, step.index == 0u);
+    let before = atomicAdd(&status[counter(COMPUTED)], count);
+    if (before + count < before) { atomicAdd(&status[counter(COMPUTED + 1u)], 1u); }
+    if (none) { return; }
+    for (var i = 0u; i < 4u; i++) { atomicStore(&status[counter(REACH + 4u * ply + i)], grown[i]); }
 }

@@ -1,6 +1,6 @@
 // edge_contact: the normal impulses of touches that share nodes: K = N M⁻¹ Nᵀ of those that push, its factor L and both substitutions.
 // K falls into blocks that share no node.
-// Needs `points`, `touches`, their `extent`, `members` and `matrix`.
+// Needs `points`, `touches`, `members` and `matrix`.
 // Twin: src/solver/contact/edge_contact.rs
 
 /// Compliance added to the diagonal of K, over itself in the whole scene: two points that ask the same of a node share its impulse.
@@ -8,31 +8,21 @@ const SHARED: f32 = 1e-3;
 /// Least pivot, over the diagonal of K.
 const FLOOR: f32 = 1e-7;
 
-/// Members of each ply: the first, and one past the last.
-var<workgroup> begins: array<atomic<u32>, 64>;
-var<workgroup> stops: array<atomic<u32>, 64>;
-
-/// Lists the touches that share nodes, ply by ply and block by block, those of a block in storage order: a node's own, then those of the
-/// edges that begin there. Gives their number.
-fn list_members(local: u32) -> u32 {
-    if (local < 64u) {
-        atomicStore(&begins[local], NONE);
-        atomicStore(&stops[local], 0u);
-    }
-    let count = workgroupUniformLoad(&extent).x;
+/// Lists the touches of a ply that share nodes, block by block, those of a block in storage order: a node's own, then those of the edges that
+/// begin there.
+fn list_members(ply: u32, local: u32) {
+    let start = ply * member_room();
+    let nodes = workgroupUniformLoad(&extent);
     var total = 0u;
-    for (var base = 0u; base < count; base += WIDTH) {
+    for (var base = nodes.x; base < nodes.y; base += WIDTH) {
         let p = base + local;
         var own = 0u;
-        if (p < count) {
+        if (p < nodes.y) {
             own = points[point_number(p)].constrained + points[point_number(p)].to_right + points[point_number(p)].to_above;
         }
         var all = 0u;
-        let at = total + sum_up_to(own, &all, local) - own;
+        let at = start + total + sum_up_to(own, &all, local) - own;
         if (own > 0u) {
-            let ply = node_ply(points[point_number(p)].node);
-            atomicMin(&begins[ply], at);
-            atomicMax(&stops[ply], at + own);
             let itself = points[point_number(p)].constrained;
             for (var i = 0u; i < own; i++) {
                 members[member_number(at + i)] = select(points[point_number(p)].first + i - itself, p, i < itself);
@@ -42,46 +32,42 @@ fn list_members(local: u32) -> u32 {
         total += all;
     }
     storageBarrier();
-    for (var m = local; m < total; m += WIDTH) {
+    for (var m = start + local; m < start + total; m += WIDTH) {
         let t = members[member_number(m)];
         let block = members[block_number(m)];
-        let ply = node_ply(points[point_number(touches[touch_number(t)].ends.x)].node);
-        let first = atomicLoad(&begins[ply]);
-        let past = atomicLoad(&stops[ply]);
         var before = 0u;
         var own = 0u;
-        for (var i = first; i < past; i++) {
+        for (var i = start; i < start + total; i++) {
             let other = members[block_number(i)];
             before += u32(other < block);
             own += u32(other == block && i < m);
         }
-        touches[touch_number(t)].begin = first + before;
-        touches[touch_number(t)].member = first + before + own;
+        touches[touch_number(t)].begin = start + before;
+        touches[touch_number(t)].member = start + before + own;
     }
     storageBarrier();
-    for (var t = local; t < extent.y; t += WIDTH) {
+    for (var t = first_touch(local); t != NONE; t = next_touch()) {
         let member = touches[touch_number(t)].member;
         if (member != NONE) { members[member_number(member)] = t; }
     }
+    if (local == 0u) { members[member_number(start + total)] = NONE; }
     storageBarrier();
     // Rows of the matrix one after another, each from the first member of its block on.
     var entries = 0u;
-    for (var base = 0u; base < total; base += WIDTH) {
+    for (var base = start; base < start + total; base += WIDTH) {
         let m = base + local;
         var row = 0u;
-        if (m < total) { row = m + 1u - touches[touch_number(members[member_number(m)])].begin; }
+        if (m < start + total) { row = m + 1u - touches[touch_number(members[member_number(m)])].begin; }
         var all = 0u;
         let at = entries + sum_up_to(row, &all, local) - row;
-        if (m < total) { touches[touch_number(members[member_number(m)])].row = matrix_number(at); }
+        if (m < start + total) { touches[touch_number(members[member_number(m)])].row = matrix_number(ply * matrix_room() + at); }
         entries += all;
     }
     storageBarrier();
-    if (!vote(entries > matrix_room(), local)) { return total; }
+    if (entries <= matrix_room()) { return; }
     // Where there is no room for them each stands alone: the run ends by its counter.
     if (local == 0u) { atomicMax(&status[counter(OVERFLOW_EDGES)], entries / MATRIX_ROW); }
-    for (var t = local; t < extent.y; t += WIDTH) { touches[touch_number(t)].member = NONE; }
-    storageBarrier();
-    return 0u;
+    for (var t = first_touch(local); t != NONE; t = next_touch()) { touches[touch_number(t)].member = NONE; }
 }
 
 /// An entry of K [1/kg].
@@ -141,18 +127,27 @@ fn fill(t: u32) {
     touches[touch_number(t)].turned = vec4<f32>(g[3], g[4], g[5], excess);
 }
 
-/// Whether a member is the first of its block. An invocation solves a block: most are short.
-fn leads(m: u32) -> bool { return touches[touch_number(members[member_number(m)])].begin == m; }
+/// Whether a touch is the first member of a block. An invocation solves a block: most are short.
+fn leads(t: u32) -> bool {
+    let member = touches[touch_number(t)].member;
+    return member != NONE && touches[touch_number(t)].begin == member;
+}
 
 /// One past the last member of a block.
-fn end_of(begin: u32, count: u32) -> u32 {
-    var end = begin + 1u;
-    while (end < count && touches[touch_number(members[member_number(end)])].begin == begin) { end++; }
+fn end_of(begin: u32) -> u32 {
+    var end = begin;
+    loop {
+        end += 1u;
+        let t = members[member_number(end)];
+        if (t == NONE || touches[touch_number(t)].begin != begin) { break; }
+    }
     return end;
 }
 
-/// L of a block in the place of its K, row by row, and its substitution.
-fn eliminate(begin: u32, end: u32) {
+/// L of a block in the place of its K, row by row, and its substitution. `first`: its first touch.
+fn eliminate(first: u32) {
+    let begin = touches[touch_number(first)].member;
+    let end = end_of(begin);
     for (var m = begin; m < end; m++) {
         let t = touch_number(members[member_number(m)]);
         if (touches[t].state != PUSHING) { continue; }
@@ -183,9 +178,10 @@ fn eliminate(begin: u32, end: u32) {
     }
 }
 
-/// Normal impulses of a block for the motion found: the substitution back.
-fn substitute_back(begin: u32, end: u32) {
-    for (var left = end; left > begin; left--) {
+/// Normal impulses of a block for the motion found: the substitution back. `first`: its first touch.
+fn substitute_back(first: u32) {
+    let begin = touches[touch_number(first)].member;
+    for (var left = end_of(begin); left > begin; left--) {
         let m = left - 1u;
         let b = touch_number(members[member_number(m)]);
         if (touches[b].state != PUSHING) { continue; }
@@ -198,10 +194,10 @@ fn substitute_back(begin: u32, end: u32) {
 }
 
 /// Normal impulses for the motion found.
-fn push_back(count: u32, local: u32) {
+fn push_back(local: u32) {
     let linear = vec3<f32>(motion[0], motion[1], motion[2]);
     let angular = vec3<f32>(motion[3], motion[4], motion[5]) * scene.body_bounding_radius;
-    for (var t = local; t < extent.y; t += WIDTH) {
+    for (var t = first_touch(local); t != NONE; t = next_touch()) {
         if (touches[touch_number(t)].state == PUSHING) {
             let turned = touches[touch_number(t)].turned;
             let along = dot(touches[touch_number(t)].moved.xyz, linear) + dot(turned.xyz, angular);
@@ -210,14 +206,42 @@ fn push_back(count: u32, local: u32) {
     }
     if (EDGES) {
         storageBarrier();
-        for (var m = local; m < count; m += WIDTH) {
-            if (leads(m)) { substitute_back(m, end_of(m, count)); }
+        for (var t = first_touch(local); t != NONE; t = next_touch()) {
+            if (leads(t)) { substitute_back(t); }
         }
         storageBarrier();
     }
-    for (var t = local; t < extent.y; t += WIDTH) {
+    for (var t = first_touch(local); t != NONE; t = next_touch()) {
         if (touches[touch_number(t)].state == PUSHING) {
             touches[touch_number(t)].friction_impulse.w = touches[touch_number(t)].normal_impulse / touches[touch_number(t)].root;
         }
     }
+}
+
+/// Equations of the touches that push, and their sums in those of the body: `result` holds these, lower triangle by rows, then the right side.
+fn attach(local: u32) {
+    for (var t = first_touch(local); t != NONE; t = next_touch()) {
+        if (touches[touch_number(t)].state == PUSHING) { fill(t); }
+    }
+    if (EDGES) {
+        storageBarrier();
+        for (var t = first_touch(local); t != NONE; t = next_touch()) {
+            if (leads(t)) { eliminate(t); }
+        }
+        storageBarrier();
+    }
+    var part: array<f32, 27>;
+    for (var t = first_touch(local); t != NONE; t = next_touch()) {
+        if (touches[touch_number(t)].state == PUSHING) {
+            let weight = 1.0 / squared(touches[touch_number(t)].root);
+            let moved = touches[touch_number(t)].moved;
+            let turned = touches[touch_number(t)].turned;
+            let g = array<f32, 6>(moved.x, moved.y, moved.z, turned.x, turned.y, turned.z);
+            for (var i = 0u; i < 6u; i++) {
+                part[21u + i] += weight * g[i] * turned.w;
+                for (var j = 0u; j <= i; j++) { part[i * (i + 1u) / 2u + j] += weight * g[i] * g[j]; }
+            }
+        }
+    }
+    reduce(&part, 27u, local);
 }

@@ -1,5 +1,4 @@
-// projectile_contact: kinematic, perfectly inelastic contact with Coulomb friction where `projectile_points` finds that the body may touch,
-// then the motion of the body.
+// projectile_contact: kinematic, perfectly inelastic contact with Coulomb friction where the body may touch, then the motion of the body.
 // One workgroup: touches are few, and all of them meet in one 6 × 6 solve. Touches of the rim share nodes and depend on each other: with
 // K = N M⁻¹ Nᵀ of those that push, K p = G V′ + target − n·v takes the place of p = κ(…), block by block. With K = L Lᵀ the body's
 // equations need L⁻¹G alone. Without a rim no touch shares a node, and nothing of K is computed.
@@ -13,6 +12,7 @@
 //   scratch touches     array<Touch>               where it may touch: at those nodes, then at points of the rim
 //   scratch members     array<u32>                 touches that share nodes, block by block
 //   scratch matrix      array<f32>                 K, then L: lower triangles of blocks by rows [1/kg]
+// In packs `projectile_search` has found where, ply by ply; a single ply is searched here, and a dispatch saved.
 // Twin: src/solver/contact/projectile_contact.rs
 
 @group(1) @binding(0) var<storage, read_write> nodes: array<f32>;
@@ -26,131 +26,11 @@
 @group(1) @binding(8) var<storage, read_write> members: array<u32>;
 @group(1) @binding(9) var<storage, read_write> matrix: array<f32>;
 
-/// Points, and touches.
-var<workgroup> extent: vec2<u32>;
-
-/// Sums of the edge contacts at a node.
-struct Through {
-    /// Their impulses by weight [N·s].
-    impulse: vec3<f32>,
-    /// Their weights by what is there of them.
-    weight: f32,
-}
-
-/// The part of the node of a point that is there.
-fn part_at(p: u32) -> f32 {
-    let node = points[point_number(p)].node;
-    return part_of(node_ply(node), node_place(node));
-}
-
-/// The part of a touch that is there: a half on an edge in a mirror plane.
-fn part_of_touch(t: u32) -> f32 {
-    let ends = touches[touch_number(t)].ends;
-    return max(part_at(ends.x), part_at(ends.y));
-}
-
-/// Whether a point of the rim lies on an edge that ends at the node of a point.
-fn is_constrained(p: u32) -> bool { return EDGES && points[point_number(p)].constrained != 0u; }
-
-fn through_edges(p: u32) -> Through {
-    var sum: Through;
-    // The edges that begin here, the one from the left, the one from below.
-    for (var edge = 0u; edge < 3u; edge++) {
-        var start = p;
-        if (edge == 1u) { start = points[point_number(p)].left; }
-        if (edge == 2u) { start = points[point_number(p)].below; }
-        if (start == NONE) { continue; }
-        let right = points[point_number(start)].to_right;
-        let first = points[point_number(start)].first;
-        let past = first + right + select(points[point_number(start)].to_above, 0u, edge == 1u);
-        for (var t = first + select(0u, right, edge == 2u); t < past; t++) {
-            let second = touches[touch_number(t)].weight;
-            let weight = select(second, 1.0 - second, edge == 0u);
-            let drag = touches[touch_number(t)].friction_impulse;
-            sum.impulse += weight * (touches[touch_number(t)].normal.xyz * drag.w + drag.xyz);
-            sum.weight += weight * part_of_touch(t);
-        }
-    }
-    return sum;
-}
-
-/// Propagates impulses from the edges to the nodes, and how these move.
-fn propagate(local: u32) {
-    storageBarrier();
-    let linear = vec3<f32>(motion[0], motion[1], motion[2]);
-    let angular = vec3<f32>(motion[3], motion[4], motion[5]);
-    for (var p = local; p < extent.x; p += WIDTH) {
-        let constrained = is_constrained(p);
-        if (constrained || touches[touch_number(p)].state != AWAY) {
-            var through: Through;
-            if (constrained) { through = through_edges(p); }
-            let drag = touches[touch_number(p)].friction_impulse;
-            let relative = points[point_number(p)].relative.xyz;
-            let inverse = points[point_number(p)].inverse.xyz;
-            let impulse = touches[touch_number(p)].normal.xyz * drag.w + drag.xyz + through.impulse;
-            points[point_number(p)].edge_impulse = vec4<f32>(through.impulse, through.weight);
-            let given = (relative + inverse * impulse) - linear - cross(angular, touches[touch_number(p)].arm.xyz);
-            points[point_number(p)].slip = vec4<f32>(given, 0.0);
-        }
-    }
-    storageBarrier();
-}
-
-/// Gives a point of the rim its share of the masses of its nodes, by its weight among the points there: what friction meets.
-fn share_mass(t: u32) {
-    let ends = touches[touch_number(t)].ends;
-    let second = touches[touch_number(t)].weight;
-    // In the whole scene: a touch has images at a node on a mirror plane.
-    let shares = vec2<f32>((1.0 - second) * points[point_number(ends.x)].edge_impulse.w, second * points[point_number(ends.y)].edge_impulse.w) / part_of_touch(t);
-    let inverse = shares.x * points[point_number(ends.x)].inverse.xyz + shares.y * points[point_number(ends.y)].inverse.xyz;
-    let unheld = shares.x / points[point_number(ends.x)].relative.w + shares.y / points[point_number(ends.y)].relative.w;
-    let most = max(max(inverse.x, inverse.y), inverse.z);
-    // Between two held nodes it has a mass like they have, though nothing moves it.
-    touches[touch_number(t)].arm.w = 1.0 / select(unheld, most, most > 0.0);
-}
-
-/// Velocity relative to the body's material with all impulses found so far [m/s].
-fn slip_of(t: u32) -> vec3<f32> {
-    let ends = touches[touch_number(t)].ends;
-    return mix(points[point_number(ends.x)].slip.xyz, points[point_number(ends.y)].slip.xyz, touches[touch_number(t)].weight);
-}
-
-/// One solve for the body's motion with what pushes attached, and the normal impulses. `count`: touches that share nodes.
-fn common_velocity(count: u32, local: u32) {
-    for (var t = local; t < extent.y; t += WIDTH) {
-        if (touches[touch_number(t)].state == PUSHING) { fill(t); }
-    }
-    if (EDGES) {
-        storageBarrier();
-        for (var m = local; m < count; m += WIDTH) {
-            if (leads(m)) { eliminate(m, end_of(m, count)); }
-        }
-        storageBarrier();
-    }
-    var part: array<f32, 27>;
-    for (var t = local; t < extent.y; t += WIDTH) {
-        if (touches[touch_number(t)].state == PUSHING) {
-            let weight = 1.0 / squared(touches[touch_number(t)].root);
-            let moved = touches[touch_number(t)].moved;
-            let turned = touches[touch_number(t)].turned;
-            let g = array<f32, 6>(moved.x, moved.y, moved.z, turned.x, turned.y, turned.z);
-            for (var i = 0u; i < 6u; i++) {
-                part[21u + i] += weight * g[i] * turned.w;
-                for (var j = 0u; j <= i; j++) { part[i * (i + 1u) / 2u + j] += weight * g[i] * g[j]; }
-            }
-        }
-    }
-    reduce(&part, 27u, local);
-    if (local == 0u && scene.body_prescribed == 0u) { solve_motion(); }
-    workgroupBarrier();
-    push_back(count, local);
-}
-
 /// Ends the contact of what pulls, which is not dragged either, and lets push what would enter. True if anything changed.
 fn change_set(joining: bool, local: u32) -> bool {
     let tolerance = ROUNDOFF_TOLERANCE * (body.velocity.w + 1e-3);
     var changed = false;
-    for (var t = local; t < extent.y; t += WIDTH) {
+    for (var t = first_touch(local); t != NONE; t = next_touch()) {
         let state = touches[touch_number(t)].state;
         if (state == PUSHING && touches[touch_number(t)].friction_impulse.w < 0.0) {
             touches[touch_number(t)].state = NEAR;
@@ -172,7 +52,7 @@ fn change_set(joining: bool, local: u32) -> bool {
 fn friction_share(local: u32) -> f32 {
     let axis = rotate(body.orientation, vec3<f32>(0.0, 0.0, 1.0));
     var part: array<f32, 27>;
-    for (var t = local; t < extent.y; t += WIDTH) {
+    for (var t = first_touch(local); t != NONE; t = next_touch()) {
         if (touches[touch_number(t)].state == PUSHING && touches[touch_number(t)].friction_impulse.w > 0.0) {
             let arm = touches[touch_number(t)].arm;
             let square = dot(arm.xyz, arm.xyz);
@@ -189,7 +69,7 @@ fn friction_share(local: u32) -> f32 {
 /// Friction impulses that stop the sliding, cut to μ times the normal impulse, and the motion of the body with them.
 fn update_friction(share: f32, local: u32) {
     var part: array<f32, 27>;
-    for (var t = local; t < extent.y; t += WIDTH) {
+    for (var t = first_touch(local); t != NONE; t = next_touch()) {
         let old = touches[touch_number(t)].friction_impulse;
         if (touches[touch_number(t)].state != PUSHING || old.w <= 0.0) { continue; }
         let normal = touches[touch_number(t)].normal.xyz;
@@ -218,12 +98,11 @@ fn update_friction(share: f32, local: u32) {
 
 /// Normal impulses of all touches, with changes of the set of those that push until none pulls and none enters; then friction.
 fn solve(local: u32) {
-    var count = 0u;
-    if (EDGES) { count = list_members(local); }
-    propagate(local);
-    for (var t = extent.x + local; t < extent.y; t += WIDTH) { share_mass(t); }
     for (var change = 0u;; change++) {
-        common_velocity(count, local);
+        if (!PACK || change > 0u) { attach(local); }
+        if (local == 0u && scene.body_prescribed == 0u) { solve_motion(); }
+        workgroupBarrier();
+        push_back(local);
         propagate(local);
         if (!change_set(change < SET_CHANGES / 2u, local)) { break; }
         if (EDGES) { storageBarrier(); }
@@ -244,7 +123,7 @@ fn solve(local: u32) {
 
 /// Notes which nodes and edges might have touched and did not push.
 fn note_idle(local: u32) {
-    for (var p = local; p < extent.x; p += WIDTH) {
+    for (var p = extent.x + local; p < extent.y; p += WIDTH) {
         let node = points[point_number(p)].node;
         if (touches[touch_number(p)].state == NEAR) { atomicOr(&candidates[mark_at(IDLE, node)], mark_bit(node)); }
         if (!EDGES) { continue; }
@@ -263,7 +142,7 @@ fn note_idle(local: u32) {
 fn account(local: u32) {
     let prescribed = scene.body_prescribed != 0u;
     var part: array<f32, 27>;
-    for (var p = local; p < extent.x; p += WIDTH) {
+    for (var p = extent.x + local; p < extent.y; p += WIDTH) {
         let drag = touches[touch_number(p)].friction_impulse;
         let carried = points[point_number(p)].edge_impulse.xyz;
         if (drag.w <= 0.0 && !is_constrained(p)) { continue; }
@@ -288,7 +167,7 @@ fn account(local: u32) {
         }
     }
     storageBarrier();
-    for (var t = local; t < extent.y; t += WIDTH) {
+    for (var t = first_touch(local); t != NONE; t = next_touch()) {
         let drag = touches[touch_number(t)].friction_impulse;
         if (drag.w <= 0.0) { continue; }
         let ends = touches[touch_number(t)].ends;
@@ -316,20 +195,32 @@ fn account(local: u32) {
     }
 }
 
+/// Takes in what `projectile_search` found on every ply.
+fn join_plies(local: u32) {
+    var part: array<f32, 27>;
+    var number = 0u;
+    if (local < scene.plies) {
+        for (var i = 0u; i < 27u; i++) { part[i] = bitcast<f32>(members[found_number(local, i)]); }
+        number = members[found_number(local, FOUND_RIM)];
+        atomicMax(&deepest, members[found_number(local, FOUND_DEEPEST)]);
+    }
+    var all = 0u;
+    let end = sum_up_to(number, &all, local);
+    if (local < scene.plies) { ends[local] = end; }
+    if (local == 0u) { extent = vec4<u32>(0u, members[found_number(scene.plies - 1u, FOUND_POINTS)], 0u, all); }
+    reduce(&part, 27u, local);
+}
+
 @compute @workgroup_size(WIDTH)
 fn projectile_contact(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     shot = shots[group.z];
     body = bodies[shot.number];
     if (local == 0u) { verdict = u32(step.index <= atomicLoad(&status[counter(BAD_STEP)])); }
     if (workgroupUniformLoad(&verdict) == 0u) { return; }
-    grow_active_region(local);
-    let found = find_places(local);
-    if (local == 0u) {
-        extent = found;
-        for (var i = 0u; i < 6u; i++) { motion[i] = 0.0; }
-        for (var i = 0u; i < 27u; i++) { result[i] = 0.0; }
-    }
-    let met = workgroupUniformLoad(&extent).x > 0u;
+    if (PACK) { join_plies(local); } else { _ = search(0u, local); }
+    clear_marks(local);
+    body.energy.w = max(body.energy.w, bitcast<f32>(atomicLoad(&deepest)));
+    let met = workgroupUniformLoad(&extent).y > 0u;
     if (met) {
         solve(local);
         note_idle(local);

@@ -1,9 +1,9 @@
 // projectile_points: where the projectile may touch in this step: nodes, and where the rim of its face is sampled the points at which it
-// crosses edges of elements, by the first of their nodes. Needs `body`, `points`, `touches` and `status`.
+// crosses edges of elements, by the first of their nodes. Needs `body`, `points`, `touches`, `candidates` and `status`.
 // Twin: src/solver/contact/projectile_points.rs
 
-/// Points of the rim on each ply.
-var<workgroup> of_ply: array<atomic<u32>, 64>;
+/// Bits of the depth of the deepest node inside the body, 0: none is [m]. Numbers above zero are in the order of their bits.
+var<workgroup> deepest: atomic<u32>;
 
 /// Point of a node that is marked, else `NONE`.
 fn point_of(node: u32) -> u32 {
@@ -64,37 +64,29 @@ fn constraint_at(p: u32, slot: u32) -> Touch {
     return constraint;
 }
 
-/// Lists the points of the rim, by the first of their nodes; gives their number.
-fn find_constraints(count: u32, local: u32) -> u32 {
-    let room = scene.constraints * scene.plies;
-    if (local < 64u) { atomicStore(&of_ply[local], 0u); }
-    workgroupBarrier();
+/// Lists the points of the rim of a ply, by the first of their nodes; gives their number.
+fn find_constraints(ply: u32, nodes: vec4<u32>, local: u32) -> u32 {
     var total = 0u;
-    for (var base = 0u; base < 4u * count; base += WIDTH) {
-        let p = (base + local) / 4u;
+    for (var base = 0u; base < 4u * (nodes.y - nodes.x); base += WIDTH) {
+        let p = nodes.x + (base + local) / 4u;
         var constraint: Touch;
-        if (p < count) { constraint = constraint_at(p, local & 3u); }
+        if (p < nodes.y) { constraint = constraint_at(p, local & 3u); }
         let there = constraint.state != AWAY;
         let round = base / WIDTH;
         let rank = rank_of(there, round, local);
         let at = total + rank.x;
-        if (there && at < room) { touches[touch_number(count + at)] = constraint; }
-        if (p < count && (local & 3u) == 0u) {
-            let to_right = u32(there) + is_marked(local + 1u, round);
-            let to_above = is_marked(local + 2u, round) + is_marked(local + 3u, round);
-            points[point_number(p)].first = count + at;
-            points[point_number(p)].to_right = to_right;
-            points[point_number(p)].to_above = to_above;
-            atomicAdd(&of_ply[node_ply(points[point_number(p)].node)], to_right + to_above);
+        if (there && at < scene.constraints) { touches[touch_number(rim_touch(ply, at))] = constraint; }
+        if (p < nodes.y && (local & 3u) == 0u) {
+            points[point_number(p)].first = rim_touch(ply, at);
+            points[point_number(p)].to_right = u32(there) + is_marked(local + 1u, round);
+            points[point_number(p)].to_above = is_marked(local + 2u, round) + is_marked(local + 3u, round);
         }
         total += rank.y;
     }
-    workgroupBarrier();
-    // Where there is no room for those of a ply none is heeded: the run ends by its counter.
-    let found = atomicLoad(&of_ply[min(local, scene.plies - 1u)]);
-    if (!vote(found > scene.constraints, local)) { return total; }
-    atomicMax(&status[counter(OVERFLOW_EDGES)], found);
-    for (var p = local; p < count; p += WIDTH) {
+    if (total <= scene.constraints) { return total; }
+    // Where there is no room for them none is heeded: the run ends by its counter.
+    if (local == 0u) { atomicMax(&status[counter(OVERFLOW_EDGES)], total); }
+    for (var p = nodes.x + local; p < nodes.y; p += WIDTH) {
         points[point_number(p)].to_right = 0u;
         points[point_number(p)].to_above = 0u;
     }
@@ -117,11 +109,11 @@ fn link(p: u32) {
 }
 
 /// Marks at every node the first of those that it is tied to.
-fn find_blocks(count: u32, local: u32) {
-    for (var p = local; p < count; p += WIDTH) { points[point_number(p)].block = p; }
+fn find_blocks(nodes: vec4<u32>, local: u32) {
+    for (var p = nodes.x + local; p < nodes.y; p += WIDTH) { points[point_number(p)].block = p; }
     storageBarrier();
     loop {
-        for (var p = local; p < count; p += WIDTH) {
+        for (var p = nodes.x + local; p < nodes.y; p += WIDTH) {
             // From one block known so far to the next: chains are twice as long each time.
             var first = points[point_number(points[point_number(p)].block)].block;
             let left = points[point_number(p)].left;
@@ -140,7 +132,7 @@ fn find_blocks(count: u32, local: u32) {
         }
         storageBarrier();
         var changed = false;
-        for (var p = local; p < count; p += WIDTH) {
+        for (var p = nodes.x + local; p < nodes.y; p += WIDTH) {
             changed = changed || touches[touch_number(p)].row != points[point_number(p)].block;
             points[point_number(p)].block = touches[touch_number(p)].row;
         }
@@ -149,26 +141,32 @@ fn find_blocks(count: u32, local: u32) {
     }
 }
 
-/// Finds those places; gives how many are nodes, and how many there are.
-fn find_places(local: u32) -> vec2<u32> {
-    let count = collect(local);
-    var deepest = 0.0;
-    for (var p = local; p < count; p += WIDTH) { deepest = max(deepest, take_in(p)); }
-    var number = 0u;
+/// Finds where the body may touch a ply, noted in `extent`, `ends` and `deepest`. True if anywhere.
+fn search(ply: u32, local: u32) -> bool {
+    grow_active_region(ply, local);
+    collect(ply, local);
+    let nodes = workgroupUniformLoad(&extent);
+    if (nodes.x == nodes.y) { return false; }
+    for (var p = nodes.x + local; p < nodes.y; p += WIDTH) {
+        let depth = take_in(p);
+        if (depth > 0.0) { atomicMax(&deepest, bitcast<u32>(depth)); }
+    }
     if (EDGES) {
         storageBarrier();
-        number = find_constraints(count, local);
+        let number = find_constraints(ply, nodes, local);
+        if (local == 0u) {
+            ends[ply] = number;
+            extent.w = number;
+        }
         storageBarrier();
-        for (var p = local; p < count; p += WIDTH) { link(p); }
+        for (var p = nodes.x + local; p < nodes.y; p += WIDTH) { link(p); }
         storageBarrier();
-        find_blocks(count, local);
+        find_blocks(nodes, local);
+        list_members(ply, local);
     }
-    clear_marks(local);
-    if (local == 0u) { atomicStore(&ballot, 0u); }
-    workgroupBarrier();
-    // Numbers above zero are in the order of their bits.
-    atomicMax(&ballot, bitcast<u32>(deepest));
-    workgroupBarrier();
-    body.energy.w = max(body.energy.w, bitcast<f32>(atomicLoad(&ballot)));
-    return vec2<u32>(count, count + number);
+    propagate(local);
+    for (var t = first_touch(local); t != NONE; t = next_touch()) {
+        if (t >= scene.points) { share_mass(t); }
+    }
+    return true;
 }

@@ -39,6 +39,8 @@ override GRADED: bool = true;
 /// compiled for both, others ask.
 override FRAME: bool = true;
 override BACKING: bool = true;
+/// There are several plies.
+override PACK: bool = true;
 
 /// Invocations of the workgroup of contact with the projectile: more where more may touch. A card waits for memory most of the time, for
 /// all of them together; where few have work, every barrier waits for the others.
@@ -276,16 +278,29 @@ fn point_number(point: u32) -> u32 { return shot.number * scene.points + point; 
 /// Place of a touch of the shot in `touches`.
 fn touch_number(at: u32) -> u32 { return shot.number * (scene.points + scene.plies * scene.constraints) + at; }
 
-/// Place of a member of the shot in `members`: three for each point of the rim that a ply has room for.
-fn member_number(member: u32) -> u32 { return shot.number * (2u * scene.plies * 3u * scene.constraints) + member; }
+/// Room for members of a ply: three for each point of the rim, and `NONE` behind the last.
+fn member_room() -> u32 { return 3u * scene.constraints + 1u; }
+
+/// Place of a member of the shot in `members`.
+fn member_number(member: u32) -> u32 { return shot.number * scene.plies * (2u * member_room() + FOUND_WORDS) + member; }
 
 /// Entries of a row of `matrix` that there is room for in the mean: rows begin with the first member of their block, and most blocks are short.
 const MATRIX_ROW: u32 = 32u;
 
-fn matrix_room() -> u32 { return scene.plies * 3u * scene.constraints * MATRIX_ROW; }
+/// Room for entries of a ply.
+fn matrix_room() -> u32 { return 3u * scene.constraints * MATRIX_ROW; }
 
 /// Place of an entry of the shot in `matrix`.
-fn matrix_number(entry: u32) -> u32 { return shot.number * matrix_room() + entry; }
+fn matrix_number(entry: u32) -> u32 { return shot.number * scene.plies * matrix_room() + entry; }
 
 /// Place of the block of a member there, while members are sorted.
-fn block_number(member: u32) -> u32 { return member_number(scene.plies * 3u * scene.constraints + member); }
+fn block_number(member: u32) -> u32 { return member_number(scene.plies * member_room() + member); }
+
+/// What the search found on a ply, behind members and blocks: sums of `attach`, points up to its last, points of the rim, bits of `deepest`.
+const FOUND_WORDS: u32 = 30u;
+const FOUND_POINTS: u32 = 27u;
+const FOUND_RIM: u32 = 28u;
+const FOUND_DEEPEST: u32 = 29u;
+
+/// Place of a word of that.
+fn found_number(ply: u32, word: u32) -> u32 { return member_number(2u * scene.plies * member_room() + ply * FOUND_WORDS + word); }

@@ -214,7 +214,7 @@ macro_rules! constants {
 fn expected() -> BTreeMap<&'static str, Vec<f64>> {
     use layout::{cell, clay, status, sum};
     let shared = constants! {
-        layout: GROUP, INVOCATIONS, BODY_WORDS, STATUS_WORDS, NONE, FIXED_POINT_SCALE, LINE_NUMBERS, MARKS, MATRIX_ROW;
+        layout: GROUP, INVOCATIONS, BODY_WORDS, STATUS_WORDS, NONE, FIXED_POINT_SCALE, LINE_NUMBERS, MARKS, MATRIX_ROW, FOUND_WORDS;
         status: BAD_STEP, EVENTS, FAILED, ERODED, UNCONVERGED, RESIDUAL, OVERFLOW, OVERFLOW_EDGES, COMPUTED, PLY_DEPTH, AT_LIMIT, HOLES, REACH;
         cell: YARNS, DRAG, STRAIN, CELL_FIELDS, RATE_FIELDS, HEIGHT_STEPS;
         sum: WORK, VISCOUS_WORK, EVALUATIONS, RELEASED, RELEASED_HOURGLASS, LAW_RELEASED, HALF_STEP, STORED,
@@ -244,6 +244,9 @@ fn expected() -> BTreeMap<&'static str, Vec<f64>> {
         ("SHARE_UNIT", single(1_048_576_usize)),
         ("BEFORE", single(1_usize)),
         ("IDLE", single(2_usize)),
+        ("FOUND_POINTS", single(27_usize)),
+        ("FOUND_RIM", single(28_usize)),
+        ("FOUND_DEEPEST", single(29_usize)),
         ("BODY_ORIENTATION", single(offset_of!(layout::Body, orientation) / 16)),
         ("BODY_SUMS", single(offset_of!(layout::Body, impulse) / 16)),
         ("BODY_NOSE", single(offset_of!(layout::Body, nose_coarse) / 16)),
@@ -301,8 +304,10 @@ fn states_of_a_contact_differ_and_a_fresh_one_is_away() {
 #[test]
 fn overridable_constants_are_those_the_host_sets() {
     let model = Model::<f32>::new(&patch::case(1, 1)).unwrap();
-    let set: BTreeSet<_> =
-        shader::constants(&model.features(), &Sizes::new(&model)).iter().map(|(name, _)| (*name).to_owned()).collect();
+    let set: BTreeSet<_> = shader::constants(&KERNELS[0], &model.features(), &Sizes::new(&model))
+        .iter()
+        .map(|(name, _)| (*name).to_owned())
+        .collect();
     for (kernel, module) in modules() {
         let found: BTreeSet<_> = module.overrides.iter().filter_map(|(_, o)| o.name.clone()).collect();
         assert_eq!(found, set, "{kernel}");

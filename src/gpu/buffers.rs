@@ -2,9 +2,9 @@
 
 use super::DeviceError;
 use super::layout::{
-    BODY_WORDS, CONTACT_GROUPS, CONTACT_WORDS, CONTACT_WORK_FIELDS, EVENT_WORDS, IMPULSE_FIELDS, INVOCATIONS, MARKS,
-    MATRIX_ROW, NODE_FIELDS, POINT_WORDS, REACH_WORDS, SHOTS, STATE_SLOTS, STATUS_WORDS, STRENGTH_FIELDS, TOUCH_WORDS,
-    cell, clay, line_numbers, sum,
+    BODY_WORDS, CONTACT_GROUPS, CONTACT_WORDS, CONTACT_WORK_FIELDS, EVENT_WORDS, FOUND_WORDS, IMPULSE_FIELDS,
+    INVOCATIONS, MARKS, MATRIX_ROW, NODE_FIELDS, POINT_WORDS, REACH_WORDS, SHOTS, STATE_SLOTS, STATUS_WORDS,
+    STRENGTH_FIELDS, TOUCH_WORDS, cell, clay, line_numbers, sum,
 };
 use crate::model::Model;
 
@@ -84,7 +84,7 @@ buffers! {
     Impulses = "impulses",
     /// Places where the projectile may touch: those nodes, and points of its edge where it is sampled.
     Touches = "touches",
-    /// Touching places that share nodes, shape (plies, most of a ply).
+    /// Touching places that share nodes, ply by ply, and their blocks; then what the search found on each ply, shape (plies, 30).
     Members = "members",
     /// Equations of those, block by block.
     Matrix = "matrix",
@@ -117,8 +117,8 @@ pub struct Sizes {
     pub constraints: u64,
     /// Workgroups of the energy balance, as many for each ply.
     pub groups: u64,
-    /// Invocations of the workgroup of contact with the projectile: more where more nodes may touch it.
-    pub contact_group: u32,
+    /// Invocations of the workgroup of contact with the projectile, and of those that search a ply each: more where more nodes may touch it.
+    pub contact_groups: [u32; 2],
 }
 
 impl Sizes {
@@ -137,10 +137,12 @@ impl Sizes {
             [_, columns] => INVOCATIONS / columns,
         };
         let tiles = |elements: usize, computed: u32| (elements as u64 + 1).div_ceil(u64::from(computed - 1));
-        let touching = (2.0 * radius / shortest).powi(2) * grid.plies as f64 / model.mirror.copies() as f64;
+        let touching = (2.0 * radius / shortest).powi(2) / model.mirror.copies() as f64;
+        let group =
+            |plies: usize| CONTACT_GROUPS[usize::from(touching * plies as f64 > f64::from(2 * CONTACT_GROUPS[0]))];
         Self {
             shots: 1,
-            contact_group: CONTACT_GROUPS[usize::from(touching > f64::from(2 * CONTACT_GROUPS[0]))],
+            contact_groups: [grid.plies, 1].map(group),
             plies: grid.plies as u64,
             elements,
             cell_fields: STATE_SLOTS * cell::CELL_FIELDS as u64
@@ -207,7 +209,7 @@ impl Sizes {
             BufferId::Shares => [1, meeting],
             BufferId::Impulses => [IMPULSE_FIELDS, meeting],
             BufferId::Touches => [1, (TOUCH_WORDS * (self.points + self.plies * self.constraints)).max(1)],
-            BufferId::Members => [1, (2 * self.plies * members).max(1)],
+            BufferId::Members => [1, self.plies * (2 * (members + 1) + u64::from(FOUND_WORDS))],
             BufferId::Matrix => [1, (self.plies * members * u64::from(MATRIX_ROW)).max(1)],
         }
     }

@@ -5,7 +5,7 @@
 //! - [`stepper`] records the stages of a step, of many shots in one dispatch; [`submission`] sends steps off and reads their results back.
 //!   The host loop is in [`run`](crate::run).
 //!
-//! A step of one ply is two dispatches, `sweep` and `projectile_contact`, with three more between them in packs, and `energy_balance` after
+//! A step of one ply is two dispatches, `sweep` and `projectile_contact`, with four more between them in packs, and `energy_balance` after
 //! those that are sampled. A workgroup of `sweep` advances a tile of 15 × 15 elements and nodes; what it needs of its neighbours it computes too, so that
 //! forces never leave it. So that no workgroup reads what another one writes, nodes and elements lie in two slots by turns: a step reads what
 //! the last one left, and writes the other slot. Dispatches end where all must wait: contact is one solve over all touched nodes, whose

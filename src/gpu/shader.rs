@@ -20,7 +20,7 @@ pub enum Stage {
     Sweep,
     /// `ply_search`, `ply_impulse`, `ply_move`
     Plies,
-    /// `projectile_contact`, with the motion of the body.
+    /// In packs `projectile_search`; `projectile_contact`, with the motion of the body.
     Projectile,
     /// `yarn_load` and `energy_balance`, in steps with a sample alone.
     EnergyBalance,
@@ -50,6 +50,8 @@ pub enum Extent {
     Elements,
     /// An invocation for every node.
     Nodes,
+    /// A workgroup for every ply of a pack.
+    Plies,
     /// One workgroup.
     Shot,
     /// The workgroups of the energy balance.
@@ -97,7 +99,7 @@ macro_rules! kernels {
 }
 
 /// Every kernel, in the order of a step.
-pub const KERNELS: [Kernel; 7] = kernels! {
+pub const KERNELS: [Kernel; 8] = kernels! {
     // Forces of the elements, and motion of the nodes.
     Sweep "sweep" Tiles
         ["element_force", "node_update", "kinematics", "membrane", "viscous_force", "failure", "crossover", "coupled_newton",
@@ -120,11 +122,18 @@ pub const KERNELS: [Kernel; 7] = kernels! {
         ["ply_contact", "kinematics", "cells", "supports"]
         (VISCOUS GRADED FRAME BACKING)
         {Nodes Write, Cells Read, Shares Write, Impulses Write, ContactWork Write, Supports Write, Status Write};
+    // Where the projectile may touch the plies of a pack.
+    Projectile "projectile_search" Plies
+        ["projectile_points", "projectile_touches", "edge_contact", "projectile_motion", "broad_phase", "cells",
+         "projectile_shape", "rigid_body"]
+        (EDGES GRADED WIDTH)
+        {Nodes Read, Cells Read, Status Write, Body Read, Candidates Write, Points Write, Over Read, Touches Write,
+         Members Write, Matrix Write};
     // Contact of the projectile where it may touch, and its motion.
     Projectile "projectile_contact" Shot
-        ["projectile_points", "edge_contact", "projectile_motion", "broad_phase", "cells", "projectile_shape",
-         "rigid_body"]
-        (EDGES GRADED WIDTH)
+        ["projectile_points", "projectile_touches", "edge_contact", "projectile_motion", "broad_phase", "cells",
+         "projectile_shape", "rigid_body"]
+        (EDGES GRADED PACK WIDTH)
         {Nodes Write, Cells Read, Status Write, Body Write, Candidates Write, Points Write, Over Read, Touches Write,
          Members Write, Matrix Write};
     // Tensions and loads of yarns.
@@ -150,14 +159,14 @@ impl Kernel {
     pub fn is_in(&self, features: &Features) -> bool {
         match self.stage {
             Stage::Plies => features.plies,
-            Stage::Projectile => features.projectile,
+            Stage::Projectile => features.projectile && (features.plies || self.extent != Extent::Plies),
             _ => true,
         }
     }
 }
 
-/// Values of the pipeline-overridable constants, by name.
-pub fn constants(features: &Features, sizes: &Sizes) -> [(&'static str, f64); 15] {
+/// Values of the pipeline-overridable constants of a kernel, by name.
+pub fn constants(kernel: &Kernel, features: &Features, sizes: &Sizes) -> [(&'static str, f64); 16] {
     let flag = |yes: bool| f64::from(u8::from(yes));
     [
         ("VARIATIONAL", flag(features.law == Law::Variational)),
@@ -173,7 +182,8 @@ pub fn constants(features: &Features, sizes: &Sizes) -> [(&'static str, f64); 15
         ("GRADED", flag(features.graded)),
         ("FRAME", flag(features.frame)),
         ("BACKING", flag(features.backing)),
-        ("WIDTH", f64::from(sizes.contact_group)),
+        ("PACK", flag(features.plies)),
+        ("WIDTH", f64::from(sizes.contact_groups[usize::from(kernel.extent == Extent::Plies)])),
         ("TILE_ROWS", f64::from(sizes.tile_rows)),
     ]
 }

@@ -121,6 +121,7 @@ impl<'a> DeviceStepper<'a> {
                 Extent::Tiles => (workgroups(sizes.plies * sizes.tiles[0] * sizes.tiles[1], most), 1),
                 Extent::Elements => (invocations(sizes.elements), 1),
                 Extent::Nodes => (invocations(sizes.nodes), usize::MAX),
+                Extent::Plies => ([sizes.plies as u32, 1], usize::MAX),
                 Extent::Shot => ([1, 1], usize::MAX),
                 Extent::Balance => ([sizes.groups as u32, 1], usize::MAX),
             };
@@ -135,7 +136,7 @@ impl<'a> DeviceStepper<'a> {
             let bindings: Vec<_> = kernel.bindings.iter().map(storage).collect();
             let (layout, group) = bind(device, kernel.name, &bindings);
             for (ply_type, ply_types) in model.ply_types.chunks(together).enumerate() {
-                let constants = shader::constants(&Features::new(model, ply_types), &sizes);
+                let constants = shader::constants(kernel, &Features::new(model, ply_types), &sizes);
                 let pipeline = compile(device, kernel, source(kernel), [&common.layout, &layout], &constants);
                 step.push(Dispatch { stage: kernel.stage, ply_type, workgroups, pipeline, group: group.clone() });
             }

@@ -35,6 +35,7 @@ enum Kind {
 
 const SPHERE: Shape = Shape::Sphere { diameter: 7e-3 };
 const CYLINDER: Shape = Shape::Cylinder { diameter: 7e-3, length: 5e-3 };
+const WIDE: Shape = Shape::Cylinder { diameter: 14e-3, length: 5e-3 };
 const CONE: Shape = Shape::Cone { diameter: 7e-3, length: 8e-3, nose_length: 4e-3 };
 const OGIVE: Shape = Shape::Ogive { diameter: 7e-3, length: 8e-3, nose_length: 5e-3 };
 const FRAGMENT: Shape =
@@ -46,7 +47,7 @@ type Struck = (&'static str, Shape, &'static [Group], &'static [Kind], Change);
 const TURNED: [Group; 3] = [Group::turned(0), Group::turned(90), Group::turned(30)];
 
 /// Name, shape, plies (of the patch where none are given), kinds, change.
-const SCENES: [Struck; 27] = [
+const SCENES: [Struck; 28] = [
     ("sphere", SPHERE, &[], &[], |_, case| case.pack.plies = 13),
     ("sphere, spinning, oblique, friction", SPHERE, &[], &[], |p, case| {
         oblique(p);
@@ -97,6 +98,9 @@ const SCENES: [Struck; 27] = [
     }),
     ("between nodes beside a slit", CYLINDER, &[], &[Between, Slit], |p, _| (p.offset, p.friction) = ([0.0; 2], 0.1)),
     ("between nodes of a clamped corner", CYLINDER, &[], &[Between, Held], |p, case| corner(p, case)),
+    ("between nodes, wider than the plies are high", WIDE, &[], &[Between], |p, case| {
+        (p.friction, case.pack.plies) = (0.1, 3);
+    }),
     ("between nodes on turned plies, friction", CYLINDER, &TURNED, &[Between], |p, case| {
         rubbing(p, case);
         uncut(case);
