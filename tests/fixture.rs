@@ -44,7 +44,7 @@ fn a_drum_has_the_frequency_of_the_closed_form() {
     for (refined, within) in [(1, 0.012), (2, 0.008)] {
         let mesh = format!("/pack/elements_per_crossover={refined}");
         let case = shipped("cases/verify/mass-on-drum.json", &[&sets[..], &[&mesh]].concat());
-        let mut simulation = Simulation::<f64>::with_skips(&case, Skips::WHOLE).unwrap();
+        let mut simulation = Simulation::<f64>::with_skips(&case, Skips::default()).unwrap();
         let (model, state) = (&simulation.model, &mut simulation.state);
         let [radius, first_zero] = [50.8e-3, 2.404_825_557_695_773];
         for [ply, row, column] in model.node_places() {
