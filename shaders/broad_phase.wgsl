@@ -5,7 +5,7 @@
 /// Marked nodes of all plies in front of the searched one.
 var<workgroup> ahead: atomic<u32>;
 
-/// Marks of nodes from a first one of the shot on, up to one past the last, in one of their words.
+/// Marks in a word of the nodes of the shot from `first` on and before `past`.
 fn marks_between(first: u32, past: u32, word: u32) -> u32 {
     var marks = atomicLoad(&candidates[mark_word(word)]);
     if (first > 32u * word) { marks &= 0xffffffffu << (first & 31u); }
@@ -43,9 +43,8 @@ fn collect(ply: u32, local: u32) {
         }
     }
     if (local == 0u) {
-        let found = vec2<u32>(before, before + total);
-        if (found.y > scene.points) { atomicMax(&status[counter(OVERFLOW)], found.y); }
-        extent = vec4<u32>(min(found, vec2<u32>(scene.points)), ply, 0u);
+        if (before + total > scene.points) { atomicMax(&status[counter(OVERFLOW)], before + total); }
+        extent = Extent(min(before, scene.points), min(before + total, scene.points), ply, 0u);
         ends[ply] = 0u;
     }
     storageBarrier();

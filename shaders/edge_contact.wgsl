@@ -14,10 +14,10 @@ fn list_members(ply: u32, local: u32) {
     let start = ply * member_room();
     let nodes = workgroupUniformLoad(&extent);
     var total = 0u;
-    for (var base = nodes.x; base < nodes.y; base += WIDTH) {
+    for (var base = nodes.first; base < nodes.past; base += WIDTH) {
         let p = base + local;
         var own = 0u;
-        if (p < nodes.y) {
+        if (p < nodes.past) {
             own = points[point_number(p)].constrained + points[point_number(p)].to_right + points[point_number(p)].to_above;
         }
         var all = 0u;

@@ -123,7 +123,7 @@ fn solve(local: u32) {
 
 /// Notes which nodes and edges might have touched and did not push.
 fn note_idle(local: u32) {
-    for (var p = extent.x + local; p < extent.y; p += WIDTH) {
+    for (var p = extent.first + local; p < extent.past; p += WIDTH) {
         let node = points[point_number(p)].node;
         if (touches[touch_number(p)].state == NEAR) { atomicOr(&candidates[mark_at(IDLE, node)], mark_bit(node)); }
         if (!EDGES) { continue; }
@@ -142,7 +142,7 @@ fn note_idle(local: u32) {
 fn account(local: u32) {
     let prescribed = scene.body_prescribed != 0u;
     var part: array<f32, 27>;
-    for (var p = extent.x + local; p < extent.y; p += WIDTH) {
+    for (var p = extent.first + local; p < extent.past; p += WIDTH) {
         let drag = touches[touch_number(p)].friction_impulse;
         let carried = points[point_number(p)].edge_impulse.xyz;
         if (drag.w <= 0.0 && !is_constrained(p)) { continue; }
@@ -207,7 +207,7 @@ fn join_plies(local: u32) {
     var all = 0u;
     let end = sum_up_to(number, &all, local);
     if (local < scene.plies) { ends[local] = end; }
-    if (local == 0u) { extent = vec4<u32>(0u, members[found_number(scene.plies - 1u, FOUND_POINTS)], 0u, all); }
+    if (local == 0u) { extent = Extent(0u, members[found_number(scene.plies - 1u, FOUND_POINTS)], 0u, all); }
     reduce(&part, 27u, local);
 }
 
@@ -220,7 +220,7 @@ fn projectile_contact(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_in
     if (PACK) { join_plies(local); } else { _ = search(0u, local); }
     clear_marks(local);
     body.energy.w = max(body.energy.w, bitcast<f32>(atomicLoad(&deepest)));
-    let met = workgroupUniformLoad(&extent).y > 0u;
+    let met = workgroupUniformLoad(&extent).past > 0u;
     if (met) {
         solve(local);
         note_idle(local);

@@ -65,18 +65,18 @@ fn constraint_at(p: u32, slot: u32) -> Touch {
 }
 
 /// Lists the points of the rim of a ply, by the first of their nodes; gives their number.
-fn find_constraints(ply: u32, nodes: vec4<u32>, local: u32) -> u32 {
+fn find_constraints(ply: u32, nodes: Extent, local: u32) -> u32 {
     var total = 0u;
-    for (var base = 0u; base < 4u * (nodes.y - nodes.x); base += WIDTH) {
-        let p = nodes.x + (base + local) / 4u;
+    for (var base = 0u; base < 4u * (nodes.past - nodes.first); base += WIDTH) {
+        let p = nodes.first + (base + local) / 4u;
         var constraint: Touch;
-        if (p < nodes.y) { constraint = constraint_at(p, local & 3u); }
+        if (p < nodes.past) { constraint = constraint_at(p, local & 3u); }
         let there = constraint.state != AWAY;
         let round = base / WIDTH;
         let rank = rank_of(there, round, local);
         let at = total + rank.x;
         if (there && at < scene.constraints) { touches[touch_number(rim_touch(ply, at))] = constraint; }
-        if (p < nodes.y && (local & 3u) == 0u) {
+        if (p < nodes.past && (local & 3u) == 0u) {
             points[point_number(p)].first = rim_touch(ply, at);
             points[point_number(p)].to_right = u32(there) + is_marked(local + 1u, round);
             points[point_number(p)].to_above = is_marked(local + 2u, round) + is_marked(local + 3u, round);
@@ -86,7 +86,7 @@ fn find_constraints(ply: u32, nodes: vec4<u32>, local: u32) -> u32 {
     if (total <= scene.constraints) { return total; }
     // Where there is no room for them none is heeded: the run ends by its counter.
     if (local == 0u) { atomicMax(&status[counter(OVERFLOW_EDGES)], total); }
-    for (var p = nodes.x + local; p < nodes.y; p += WIDTH) {
+    for (var p = nodes.first + local; p < nodes.past; p += WIDTH) {
         points[point_number(p)].to_right = 0u;
         points[point_number(p)].to_above = 0u;
     }
@@ -109,11 +109,11 @@ fn link(p: u32) {
 }
 
 /// Marks at every node the first of those that it is tied to.
-fn find_blocks(nodes: vec4<u32>, local: u32) {
-    for (var p = nodes.x + local; p < nodes.y; p += WIDTH) { points[point_number(p)].block = p; }
+fn find_blocks(nodes: Extent, local: u32) {
+    for (var p = nodes.first + local; p < nodes.past; p += WIDTH) { points[point_number(p)].block = p; }
     storageBarrier();
     loop {
-        for (var p = nodes.x + local; p < nodes.y; p += WIDTH) {
+        for (var p = nodes.first + local; p < nodes.past; p += WIDTH) {
             // From one block known so far to the next: chains are twice as long each time.
             var first = points[point_number(points[point_number(p)].block)].block;
             let left = points[point_number(p)].left;
@@ -132,7 +132,7 @@ fn find_blocks(nodes: vec4<u32>, local: u32) {
         }
         storageBarrier();
         var changed = false;
-        for (var p = nodes.x + local; p < nodes.y; p += WIDTH) {
+        for (var p = nodes.first + local; p < nodes.past; p += WIDTH) {
             changed = changed || touches[touch_number(p)].row != points[point_number(p)].block;
             points[point_number(p)].block = touches[touch_number(p)].row;
         }
@@ -146,8 +146,8 @@ fn search(ply: u32, local: u32) -> bool {
     grow_active_region(ply, local);
     collect(ply, local);
     let nodes = workgroupUniformLoad(&extent);
-    if (nodes.x == nodes.y) { return false; }
-    for (var p = nodes.x + local; p < nodes.y; p += WIDTH) {
+    if (nodes.first == nodes.past) { return false; }
+    for (var p = nodes.first + local; p < nodes.past; p += WIDTH) {
         let depth = take_in(p);
         if (depth > 0.0) { atomicMax(&deepest, bitcast<u32>(depth)); }
     }
@@ -156,10 +156,10 @@ fn search(ply: u32, local: u32) -> bool {
         let number = find_constraints(ply, nodes, local);
         if (local == 0u) {
             ends[ply] = number;
-            extent.w = number;
+            extent.rim = number;
         }
         storageBarrier();
-        for (var p = nodes.x + local; p < nodes.y; p += WIDTH) { link(p); }
+        for (var p = nodes.first + local; p < nodes.past; p += WIDTH) { link(p); }
         storageBarrier();
         find_blocks(nodes, local);
         list_members(ply, local);

@@ -33,8 +33,8 @@ fn projectile_search(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_inv
     if (search(ply, local)) { attach(local); }
     if (local < 27u) { members[found_number(ply, local)] = bitcast<u32>(result[local]); }
     if (local == 0u) {
-        members[found_number(ply, FOUND_POINTS)] = extent.y;
-        members[found_number(ply, FOUND_RIM)] = extent.w;
+        members[found_number(ply, FOUND_POINTS)] = extent.past;
+        members[found_number(ply, FOUND_RIM)] = extent.rim;
         members[found_number(ply, FOUND_DEEPEST)] = atomicLoad(&deepest);
     }
 }

@@ -68,8 +68,18 @@ const AWAY: u32 = 0u;
 const NEAR: u32 = 1u;
 const PUSHING: u32 = 2u;
 
-/// Touches that the workgroup goes through: points of nodes, the first and one past the last; the first ply; number of points of the rim.
-var<workgroup> extent: vec4<u32>;
+/// Touches that a workgroup goes through.
+struct Extent {
+    /// The first, and one past the last, of the points of nodes.
+    first: u32,
+    past: u32,
+    /// The first ply.
+    ply: u32,
+    /// Number of points of the rim.
+    rim: u32,
+}
+
+var<workgroup> extent: Extent;
 /// Points of the rim on the plies up to and with each, from the first ply of `extent` on.
 var<workgroup> ends: array<u32, 64>;
 
@@ -81,7 +91,7 @@ fn rim_touch(ply: u32, number: u32) -> u32 { return scene.points + ply * scene.c
 
 /// The first touch of an invocation, or `NONE`: nodes first, then points of the rim, ply by ply.
 fn first_touch(local: u32) -> u32 {
-    cursor = vec2<u32>(local, extent.z);
+    cursor = vec2<u32>(local, extent.ply);
     return touch_at_cursor();
 }
 
@@ -93,12 +103,12 @@ fn next_touch() -> u32 {
 
 /// That at its place.
 fn touch_at_cursor() -> u32 {
-    let nodes = extent.y - extent.x;
-    if (cursor.x < nodes) { return extent.x + cursor.x; }
+    let nodes = extent.past - extent.first;
+    if (cursor.x < nodes) { return extent.first + cursor.x; }
     let at = cursor.x - nodes;
-    if (at >= extent.w) { return NONE; }
+    if (at >= extent.rim) { return NONE; }
     while (at >= ends[cursor.y]) { cursor.y += 1u; }
-    return rim_touch(cursor.y, at - select(ends[max(cursor.y, 1u) - 1u], 0u, cursor.y == extent.z));
+    return rim_touch(cursor.y, at - select(ends[max(cursor.y, 1u) - 1u], 0u, cursor.y == extent.ply));
 }
 
 /// Sums of the edge contacts at a node.
@@ -151,7 +161,7 @@ fn propagate(local: u32) {
     storageBarrier();
     let linear = vec3<f32>(motion[0], motion[1], motion[2]);
     let angular = vec3<f32>(motion[3], motion[4], motion[5]);
-    for (var p = extent.x + local; p < extent.y; p += WIDTH) {
+    for (var p = extent.first + local; p < extent.past; p += WIDTH) {
         let constrained = is_constrained(p);
         if (constrained || touches[touch_number(p)].state != AWAY) {
             var through: Through;
