@@ -33,14 +33,14 @@ override RATE: bool = false;
 override STRENGTH: bool = true;
 /// Whether the rim of its face is sampled where it crosses the edges of elements.
 override EDGES: bool = true;
+/// There are several plies, which another kernel has searched.
+override PACK: bool = true;
+// Kernels over all elements or nodes in every step are compiled with and without what follows. Others ask for it, or read the lines of even meshes, too.
 /// Whether elements of a ply differ in size.
 override GRADED: bool = true;
-/// A frame cuts or holds a ply elsewhere than at the sides of its mesh; clay stands behind the last ply. Kernels over all elements or nodes are
-/// compiled for both, others ask.
+/// A frame cuts or holds a ply elsewhere than at the sides of its mesh; clay stands behind the last ply.
 override FRAME: bool = true;
 override BACKING: bool = true;
-/// There are several plies.
-override PACK: bool = true;
 
 /// Invocations of the workgroup of contact with the projectile: more where more may touch. A card waits for memory most of the time, for
 /// all of them together; where few have work, every barrier waits for the others.

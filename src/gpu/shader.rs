@@ -69,8 +69,8 @@ pub struct Kernel {
     pub extent: Extent,
     /// The kernel, then what it shares with others: line numbers of the kernel stay right.
     pub sources: &'static [&'static str],
-    /// Overridable constants that it is compiled for: those that its code reads, of `FRAME` and `BACKING` only those that are worth it. Scenes that
-    /// agree in them share the compiled kernel.
+    /// Overridable constants that it is compiled for: those that its code reads, of `GRADED`, `FRAME` and `BACKING` only those that are worth it.
+    /// Scenes that agree in them share the compiled kernel.
     pub constants: &'static [&'static str],
     /// Bindings of group 1 in order; group 0 is the scene, the step, the plies and the shots.
     pub bindings: &'static [(BufferId, Access)],
@@ -126,25 +126,25 @@ pub const KERNELS: [Kernel; 8] = kernels! {
     Projectile "projectile_search" Plies
         ["projectile_points", "projectile_touches", "edge_contact", "projectile_motion", "broad_phase", "cells",
          "projectile_shape", "rigid_body"]
-        (EDGES GRADED WIDTH)
+        (EDGES WIDTH)
         {Nodes Read, Cells Read, Status Write, Body Read, Candidates Write, Points Write, Over Read, Touches Write,
          Members Write, Matrix Write};
     // Contact of the projectile where it may touch, and its motion.
     Projectile "projectile_contact" Shot
         ["projectile_points", "projectile_touches", "edge_contact", "projectile_motion", "broad_phase", "cells",
          "projectile_shape", "rigid_body"]
-        (EDGES GRADED PACK WIDTH)
+        (EDGES PACK WIDTH)
         {Nodes Write, Cells Read, Status Write, Body Write, Candidates Write, Points Write, Over Read, Touches Write,
          Members Write, Matrix Write};
     // Tensions and loads of yarns.
     EnergyBalance "yarn_load" Elements
         ["failure", "yarn_law", "cells", "sums"]
-        (CURVE STRENGTH GRADED TILE_ROWS)
+        (CURVE STRENGTH TILE_ROWS)
         {Nodes Read, Cells Read, Tiles Write, Status Write};
     // Sums of energy, momentum and counts.
     EnergyBalance "energy_balance" Balance
         ["cells", "sums", "projectile_shape", "rigid_body"]
-        (GRADED TILE_ROWS)
+        (TILE_ROWS)
         {Nodes Write, Cells Read, Tiles Write, ContactWork Write, Supports Write, Body Write, Status Write,
          Samples Write};
 };
