@@ -3,7 +3,7 @@
 // Twin: src/solver/contact/broad_phase.rs
 
 /// Marked nodes of all plies in front of the searched one.
-var<workgroup> ahead: atomic<u32>;
+var<workgroup> in_front: atomic<u32>;
 
 /// Marks in a word of the nodes of the shot from `first` on and before `past`.
 fn marks_between(first: u32, past: u32, word: u32) -> u32 {
@@ -21,7 +21,7 @@ fn collect(ply: u32, local: u32) {
     let past = first + of_ply;
     var count = 0u;
     for (var word = local; 32u * word < first; word += WIDTH) { count += countOneBits(marks_between(0u, first, word)); }
-    atomicAdd(&ahead, count);
+    atomicAdd(&in_front, count);
     let each = (of_ply / 32u + 1u + WIDTH) / WIDTH;
     let begin = first / 32u + local * each;
     let end = min(begin + each, (past + 31u) / 32u);
@@ -29,7 +29,7 @@ fn collect(ply: u32, local: u32) {
     for (var word = begin; word < end; word++) { count += countOneBits(marks_between(first, past, word)); }
     var total = 0u;
     let sum = sum_up_to(count, &total, local);
-    let before = atomicLoad(&ahead);
+    let before = atomicLoad(&in_front);
     var at = before + sum - count;
     for (var word = begin; word < end; word++) {
         var marks = marks_between(first, past, word);

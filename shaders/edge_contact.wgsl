@@ -219,7 +219,7 @@ fn push_back(local: u32) {
 }
 
 /// Equations of the touches that push, and their sums in those of the body: `result` holds these, lower triangle by rows, then the right side.
-fn attach(local: u32) {
+fn assemble(local: u32) {
     for (var t = first_touch(local); t != NONE; t = next_touch()) {
         if (touches[touch_number(t)].state == PUSHING) { fill(t); }
     }

@@ -99,7 +99,7 @@ fn update_friction(share: f32, local: u32) {
 /// Normal impulses of all touches, with changes of the set of those that push until none pulls and none enters; then friction.
 fn solve(local: u32) {
     for (var change = 0u;; change++) {
-        if (!PACK || change > 0u) { attach(local); }
+        if (!PACK || change > 0u) { assemble(local); }
         if (local == 0u && scene.body_prescribed == 0u) { solve_motion(); }
         workgroupBarrier();
         push_back(local);
@@ -195,32 +195,30 @@ fn account(local: u32) {
     }
 }
 
-/// Takes in what `projectile_search` found on every ply.
-fn join_plies(local: u32) {
+/// Takes in what `projectile_search` found on every ply. True if anything.
+fn join_plies(local: u32) -> bool {
     var part: array<f32, 27>;
     var number = 0u;
     if (local < scene.plies) {
         for (var i = 0u; i < 27u; i++) { part[i] = bitcast<f32>(members[found_number(local, i)]); }
-        number = members[found_number(local, FOUND_RIM)];
-        atomicMax(&deepest, members[found_number(local, FOUND_DEEPEST)]);
+        number = members[found_number(local, FOUND_CONSTRAINTS)];
+        atomicMax(&penetration, members[found_number(local, FOUND_PENETRATION)]);
     }
     var all = 0u;
     let end = sum_up_to(number, &all, local);
     if (local < scene.plies) { ends[local] = end; }
     if (local == 0u) { extent = Extent(0u, members[found_number(scene.plies - 1u, FOUND_POINTS)], 0u, all); }
     reduce(&part, 27u, local);
+    return workgroupUniformLoad(&extent).past > 0u;
 }
 
 @compute @workgroup_size(WIDTH)
 fn projectile_contact(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    shot = shots[group.z];
-    body = bodies[shot.number];
-    if (local == 0u) { verdict = u32(step.index <= atomicLoad(&status[counter(BAD_STEP)])); }
-    if (workgroupUniformLoad(&verdict) == 0u) { return; }
-    if (PACK) { join_plies(local); } else { _ = search(0u, local); }
+    if (!take_shot(group.z, local)) { return; }
+    var met = false;
+    if (PACK) { met = join_plies(local); } else { met = search(0u, local); }
     clear_marks(local);
-    body.energy.w = max(body.energy.w, bitcast<f32>(atomicLoad(&deepest)));
-    let met = workgroupUniformLoad(&extent).past > 0u;
+    body.energy.w = max(body.energy.w, bitcast<f32>(atomicLoad(&penetration)));
     if (met) {
         solve(local);
         note_idle(local);

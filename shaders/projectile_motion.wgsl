@@ -1,4 +1,4 @@
-// projectile_motion: sums over the workgroup, and the equations of the body's motion with the touches that push attached. Needs `body`.
+// projectile_motion: sums over the workgroup, and the equations of the body's motion with the touches that push attached. Needs `bodies` and `status`.
 // Twin: src/solver/contact/projectile_contact.rs
 
 /// Changes of the set of pushing nodes allowed in one step.
@@ -174,6 +174,14 @@ fn reduce(part: ptr<function, array<f32, 27>>, count: u32, local: u32) {
         result[local] = sum;
     }
     workgroupBarrier();
+}
+
+/// Takes the shot of a layer of the dispatch, and its body. False if one of its numbers is not finite: nothing happens any more.
+fn take_shot(layer: u32, local: u32) -> bool {
+    shot = shots[layer];
+    body = bodies[shot.number];
+    if (local == 0u) { verdict = u32(step.index <= atomicLoad(&status[counter(BAD_STEP)])); }
+    return workgroupUniformLoad(&verdict) != 0u;
 }
 
 /// Vote of all invocations: whether it is yes for any.

@@ -3,7 +3,7 @@
 // Twin: src/solver/contact/projectile_points.rs
 
 /// Bits of the depth of the deepest node inside the body, 0: none is [m]. Numbers above zero are in the order of their bits.
-var<workgroup> deepest: atomic<u32>;
+var<workgroup> penetration: atomic<u32>;
 
 /// Point of a node that is marked, else `NONE`.
 fn point_of(node: u32) -> u32 {
@@ -75,9 +75,9 @@ fn find_constraints(ply: u32, nodes: Extent, local: u32) -> u32 {
         let round = base / WIDTH;
         let rank = rank_of(there, round, local);
         let at = total + rank.x;
-        if (there && at < scene.constraints) { touches[touch_number(rim_touch(ply, at))] = constraint; }
+        if (there && at < scene.constraints) { touches[touch_number(constraint_touch(ply, at))] = constraint; }
         if (p < nodes.past && (local & 3u) == 0u) {
-            points[point_number(p)].first = rim_touch(ply, at);
+            points[point_number(p)].first = constraint_touch(ply, at);
             points[point_number(p)].to_right = u32(there) + is_marked(local + 1u, round);
             points[point_number(p)].to_above = is_marked(local + 2u, round) + is_marked(local + 3u, round);
         }
@@ -141,7 +141,7 @@ fn find_blocks(nodes: Extent, local: u32) {
     }
 }
 
-/// Finds where the body may touch a ply, noted in `extent`, `ends` and `deepest`. True if anywhere.
+/// Finds where the body may touch a ply, noted in `extent`, `ends` and `penetration`. True if anywhere.
 fn search(ply: u32, local: u32) -> bool {
     grow_active_region(ply, local);
     collect(ply, local);
@@ -149,14 +149,14 @@ fn search(ply: u32, local: u32) -> bool {
     if (nodes.first == nodes.past) { return false; }
     for (var p = nodes.first + local; p < nodes.past; p += WIDTH) {
         let depth = take_in(p);
-        if (depth > 0.0) { atomicMax(&deepest, bitcast<u32>(depth)); }
+        if (depth > 0.0) { atomicMax(&penetration, bitcast<u32>(depth)); }
     }
     if (EDGES) {
         storageBarrier();
         let number = find_constraints(ply, nodes, local);
         if (local == 0u) {
             ends[ply] = number;
-            extent.rim = number;
+            extent.constraints = number;
         }
         storageBarrier();
         for (var p = nodes.first + local; p < nodes.past; p += WIDTH) { link(p); }
@@ -165,6 +165,7 @@ fn search(ply: u32, local: u32) -> bool {
         list_members(ply, local);
     }
     propagate(local);
+    // By the invocation that reads it first, in `fill`.
     for (var t = first_touch(local); t != NONE; t = next_touch()) {
         if (t >= scene.points) { share_mass(t); }
     }

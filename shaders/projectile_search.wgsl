@@ -25,16 +25,13 @@
 
 @compute @workgroup_size(WIDTH)
 fn projectile_search(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    shot = shots[group.z];
-    body = bodies[shot.number];
-    if (local == 0u) { verdict = u32(step.index <= atomicLoad(&status[counter(BAD_STEP)])); }
-    if (workgroupUniformLoad(&verdict) == 0u) { return; }
+    if (!take_shot(group.z, local)) { return; }
     let ply = group.x;
-    if (search(ply, local)) { attach(local); }
+    if (search(ply, local)) { assemble(local); }
     if (local < 27u) { members[found_number(ply, local)] = bitcast<u32>(result[local]); }
     if (local == 0u) {
         members[found_number(ply, FOUND_POINTS)] = extent.past;
-        members[found_number(ply, FOUND_RIM)] = extent.rim;
-        members[found_number(ply, FOUND_DEEPEST)] = atomicLoad(&deepest);
+        members[found_number(ply, FOUND_CONSTRAINTS)] = extent.constraints;
+        members[found_number(ply, FOUND_PENETRATION)] = atomicLoad(&penetration);
     }
 }

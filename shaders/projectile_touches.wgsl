@@ -75,40 +75,51 @@ struct Extent {
     past: u32,
     /// The first ply.
     ply: u32,
-    /// Number of points of the rim.
-    rim: u32,
+    /// Number of edge constraints.
+    constraints: u32,
 }
 
 var<workgroup> extent: Extent;
-/// Points of the rim on the plies up to and with each, from the first ply of `extent` on.
+/// Edge constraints of the plies up to and with each, from the first ply of `extent` on.
 var<workgroup> ends: array<u32, 64>;
 
-/// Where an invocation is among them: number in their order, and ply of the last point of the rim.
-var<private> cursor: vec2<u32>;
+/// Where an invocation is on its way through them.
+struct Cursor {
+    /// Number of a touch in their order.
+    number: u32,
+    /// Ply of an edge constraint, and how many there are on the plies before it.
+    ply: u32,
+    before: u32,
+}
 
-/// Place in `touches` of a point of the rim: room for those of every ply is behind the nodes.
-fn rim_touch(ply: u32, number: u32) -> u32 { return scene.points + ply * scene.constraints + number; }
+var<private> cursor: Cursor;
 
-/// The first touch of an invocation, or `NONE`: nodes first, then points of the rim, ply by ply.
+/// Place in `touches` of an edge constraint: room for those of every ply is behind the nodes.
+fn constraint_touch(ply: u32, number: u32) -> u32 { return scene.points + ply * scene.constraints + number; }
+
+/// The first touch of an invocation, or `NONE`: nodes first, then edge constraints, ply by ply.
 fn first_touch(local: u32) -> u32 {
-    cursor = vec2<u32>(local, extent.ply);
+    cursor = Cursor(local, extent.ply, 0u);
     return touch_at_cursor();
 }
 
 /// Its next one.
 fn next_touch() -> u32 {
-    cursor.x += WIDTH;
+    cursor.number += WIDTH;
     return touch_at_cursor();
 }
 
 /// That at its place.
 fn touch_at_cursor() -> u32 {
     let nodes = extent.past - extent.first;
-    if (cursor.x < nodes) { return extent.first + cursor.x; }
-    let at = cursor.x - nodes;
-    if (at >= extent.rim) { return NONE; }
-    while (at >= ends[cursor.y]) { cursor.y += 1u; }
-    return rim_touch(cursor.y, at - select(ends[max(cursor.y, 1u) - 1u], 0u, cursor.y == extent.ply));
+    if (cursor.number < nodes) { return extent.first + cursor.number; }
+    let at = cursor.number - nodes;
+    if (at >= extent.constraints) { return NONE; }
+    while (at >= ends[cursor.ply]) {
+        cursor.before = ends[cursor.ply];
+        cursor.ply += 1u;
+    }
+    return constraint_touch(cursor.ply, at - cursor.before);
 }
 
 /// Sums of the edge contacts at a node.

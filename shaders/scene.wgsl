@@ -296,11 +296,11 @@ fn matrix_number(entry: u32) -> u32 { return shot.number * scene.plies * matrix_
 /// Place of the block of a member there, while members are sorted.
 fn block_number(member: u32) -> u32 { return member_number(scene.plies * member_room() + member); }
 
-/// What the search found on a ply, behind members and blocks: sums of `attach`, points up to its last, points of the rim, bits of `deepest`.
+/// What the search found on a ply, behind members and blocks: sums of `assemble`, points up to its last, edge constraints, bits of `penetration`.
 const FOUND_WORDS: u32 = 30u;
 const FOUND_POINTS: u32 = 27u;
-const FOUND_RIM: u32 = 28u;
-const FOUND_DEEPEST: u32 = 29u;
+const FOUND_CONSTRAINTS: u32 = 28u;
+const FOUND_PENETRATION: u32 = 29u;
 
 /// Place of a word of that.
 fn found_number(ply: u32, word: u32) -> u32 { return member_number(2u * scene.plies * member_room() + ply * FOUND_WORDS + word); }

@@ -142,14 +142,14 @@ defects! {
         "rows do not spread" in "face of a cylinder exactly touching resting plies":
             "min(reach.y + 1u, p.rows + 1u)" => "min(reach.y, p.rows + 1u)";
         "nodes of the plies in front not counted" in "between nodes on turned plies, friction":
-            "let before = atomicLoad(&ahead);" => "let before = 0u;";
+            "let before = atomicLoad(&in_front);" => "let before = 0u;";
         "ellipse as a circle" in "edges of a fragment": "let bend = squared(scene.chisel_slope);" => "let bend = 0.0;";
         "nodes of the ply in front in the same word" in "between nodes, wider than the plies are high":
             "word == first / 32u);" => "false);";
     }
     projectile_contact {
         "points of the rim of the first ply alone" in "between nodes on turned plies, friction":
-            "while (at >= ends[cursor.y]) { cursor.y += 1u; }" => "";
+            "cursor.ply += 1u;" => "break;";
         "nodes pull" in "sphere, spinning, oblique, friction":
             "state == PUSHING && touches[touch_number(t)].friction_impulse.w < 0.0" => "state == PUSHING && touches[touch_number(t)].friction_impulse.w < -1e30";
         "inertia off the diagonal" in "cylinder, yawed, friction":

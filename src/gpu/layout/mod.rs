@@ -60,8 +60,7 @@ pub const LAYOUTS: [(&str, &[Field], usize); 7] = [
 
 /// Invocations per workgroup of the kernels over elements and nodes.
 pub const GROUP: u32 = 64;
-/// Invocations of a workgroup of contact with the projectile: where few nodes may touch, and where many may. Every
-/// device has as many.
+/// Invocations of a workgroup of contact with the projectile: where few nodes may touch, and where many may. Every device has as many.
 pub const CONTACT_GROUPS: [u32; 2] = [64, 256];
 /// Number for none: no step with a number that is not finite, no place, no ply.
 pub const NONE: u32 = u32::MAX;
@@ -85,10 +84,10 @@ pub(crate) const REACH_WORDS: u64 = 4;
 pub const POINT_WORDS: u64 = 32;
 /// Numbers of every 32 nodes in the marks of the nodes near the projectile.
 pub const MARKS: u32 = 5;
-/// Words of a place where the projectile may touch. One more such place precedes those of a shot.
+/// Words of a place where the projectile may touch.
 pub const TOUCH_WORDS: u64 = 32;
-/// Entries of a row of the equations of points that share nodes that there is room for in the mean of a ply. Measured: 6 at most, under a face of 20 mm,
-/// in a torn ply and in packs.
+/// Entries of a row of the equations of points that share nodes that there is room for in the mean of a ply. Measured: 6 at most, under a face
+/// of 20 mm, in a torn ply and in packs.
 pub const MATRIX_ROW: u32 = 32;
 /// Words of what the search finds on a ply.
 pub const FOUND_WORDS: u32 = 30;
